@@ -1,5 +1,6 @@
 //! ESDIRK4(3)6L\[2\]SA: fourth order, implicit, forgets what the step does not resolve, with an error estimate.
 
+use super::beginning::overshoots;
 use super::dirk::{Stages, Tableau, by_parabolas, of_kept_velocity};
 use super::fixed_cost::FixedCost;
 use super::newton::NewtonSettings;
@@ -43,10 +44,9 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work
 /// Such steps are few, whatever h, so the order stays 4. The same pulse, spread over its steps, then arrives to 5e-3. Where steps are
 /// cut at its edges, as `simulation` does, it is stronger and arrives to 2.3e-2; at a tenth of its strength, to 3e-6.
 ///
-/// So does the first step with the accelerations that `begin` gave a state, which a mark in α tells, unless its cost is fixed. Under a
-/// constant torque they set off what the step does not resolve: a stiff crank of 15 mm, not bent yet, would move by decimetres.
-/// Newton's iteration from there found other roots, now and then, or a singular matrix; where it held, the motion erred by ten to a
-/// hundred times more. So does a step that fails with accelerations that it was given, where α is equal to them.
+/// So does a step with accelerations that the state was given, which α tells, where these overshoot (`beginning.rs`), unless its cost is
+/// fixed, or where the step fails. Under a constant torque they set off what the step does not resolve: Newton's iteration found other
+/// roots or singular matrices, and where it held, the motion erred by up to a hundred times more.
 ///
 /// Giving the first stage accelerations of its own, `a₀ + M⁻¹ Δp`, delivers the impulse too (to 1.4e-2), but sets off vibrations that
 /// the step does not resolve: the crank of a stiff chain (R1) then erred by 2.5e-5 rad instead of 1e-6.
@@ -113,8 +113,6 @@ const ESDIRK: Tableau<STAGES> = Tableau { c: C, a: A, b: B, gamma: GAMMA, predic
 /// The method behind a large jump. What the step does not resolve swings there, so that accelerations of stages predict nothing: each stage
 /// is predicted with the velocity of the stage before.
 const BEHIND_JUMP: Tableau<STAGES> = Tableau { predicted: of_kept_velocity(&A, GAMMA, 0.0), ..ESDIRK };
-/// The mark of a state that [`Esdirk::begin`] gave its accelerations: α over these.
-const BEGUN: f64 = -1.0;
 
 /// e₃, e₄ and e₅ by Cramer's rule from the three conditions.
 const fn carried() -> [f64; STAGES] {
@@ -181,10 +179,8 @@ impl Esdirk {
         solve_acceleration(system, t_s, &state.q, &state.v, a, residual)?;
         system.residual(t_s, &state.q, &state.v, a, residual);
         state.a.copy_from_slice(a);
+        state.alpha.copy_from_slice(a);
         state.residual.copy_from_slice(residual);
-        for (alpha, a) in state.alpha.iter_mut().zip(a.iter()) {
-            *alpha = if self.fixed.is_some() || *a == 0.0 { *a } else { BEGUN * a };
-        }
         Ok(())
     }
 
@@ -193,17 +189,13 @@ impl Esdirk {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
-        let mut jumps = self.jumps_by_much(system, t_s, state);
-        jumps |= is_begun(state);
+        let room = [&mut self.stages.q[..], &mut self.stages.v, &mut self.residual];
+        let overshoots = self.fixed.is_none() && overshoots(system, (t_s, C[1] * h_s), state, room);
+        let jumps = self.jumps_by_much(system, t_s, state) || overshoots;
         let smooth = if jumps { None } else { Some(self.take(&ESDIRK, system, t_s, h_s, state)) };
-        let mut taken = match smooth {
-            Some(Err(_)) if state.alpha == state.a => {
-                jumps = true;
-                self.take_behind_jump(system, t_s, h_s, state)?
-            }
-            Some(taken) => taken?,
-            None => self.take_behind_jump(system, t_s, h_s, state)?,
-        };
+        let smooth = smooth.filter(|taken| taken.is_ok() || state.alpha != state.a);
+        let jumps = smooth.is_none();
+        let mut taken = smooth.unwrap_or_else(|| self.take_behind_jump(system, t_s, h_s, state))?;
         // At its beginning, and at its end.
         taken.effort.residuals += 2;
         system.residual(t_s + h_s, &self.stages.q, &self.stages.v, &self.stages.a, &mut self.residual);
@@ -334,12 +326,6 @@ impl Esdirk {
             state.alpha[i] = NEXT[0] * first + NEXT[1] * fourth + NEXT[2] * last;
         }
     }
-}
-
-/// Whether it has the accelerations that [`Esdirk::begin`] gave it, which α tells: so does a checkpoint. None without any.
-fn is_begun(state: &State) -> bool {
-    let bears_mark = |(alpha, a): (&f64, &f64)| *alpha == BEGUN * a;
-    state.a.iter().any(|a| *a != 0.0) && state.alpha.iter().zip(&state.a).all(bears_mark)
 }
 
 /// Lagrange's weights at 1.5 of the parabola through 0, c₄ and 1.
