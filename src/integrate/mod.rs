@@ -66,7 +66,6 @@
 //! A step took 7 to 11 iterations of two residuals and two solutions, against one of one. Membrane vibration that the step does
 //! not resolve took its order: 1.7e-4, 1.1e-4, 5.3e-5, 1.5e-5 at 2, 1, 0.5 and 0.25 ms.
 
-mod beginning;
 mod corner;
 mod dirk;
 mod esdirk;
