@@ -23,7 +23,7 @@ const SHIFT_WITHIN: f64 = 3.0;
 const ABOVE: f64 = 1.1;
 /// Most choices of the shift.
 const SHIFTS: usize = 8;
-/// Of a growth and a decay whose rates differ by less than this part, the growth comes first.
+/// A growth comes before a decay if their rates differ by less than this part.
 const ALIKE: f64 = 1e-6;
 /// Eigenvalues this far below the shift are found anew with a lower one,
 const FAR_BELOW: f64 = 1e4;
@@ -77,12 +77,12 @@ impl<'a> Inverse<'a> {
     }
 }
 
-/// How many eigenvalues to find.
+/// The number of eigenvalues to find.
 #[derive(Clone, Copy)]
 enum Wanted {
-    /// So many of those that are listed: see [`Eigenpair`].
+    /// A number of those that are listed: see [`Eigenpair`].
     Pairs(usize),
-    /// So many of all: a conjugate pair is two of them.
+    /// A number of all: a conjugate pair counts as two.
     Eigenvalues(usize),
 }
 
@@ -95,7 +95,7 @@ impl Wanted {
     }
 }
 
-/// What one shift finds.
+/// The eigenvalues that one shift finds.
 struct Found {
     /// Each with its place among all eigenvalues.
     pairs: Vec<(usize, Eigenpair)>,
@@ -351,7 +351,7 @@ mod tests {
         Ok(())
     }
 
-    /// Of a free beam, the double 0 looked like a growth and a decay at the shift of the highest of 16 modes, and 15 were found.
+    /// The shift of the highest of 16 modes shows the double 0 of a free beam as a growth and a decay: 15 modes were found.
     #[test]
     fn regress_as_many_modes_are_found_as_asked_for() -> Result<(), Box<dyn std::error::Error>> {
         const BEAM: &str = "[beam]\nlength_m = 0.5\nsection = { shape = \"rectangle\", width_m = 0.02, height_m = 0.004 }\n\

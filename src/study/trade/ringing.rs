@@ -41,7 +41,7 @@ pub struct LeftOut {
     pub part: Ringing,
     /// Their frequency, Hz: the highest among the lowest bending frequencies of the links and that of the base.
     pub hz: f64,
-    /// What steps that leave them out change, on a coarse mesh; `None` if finding out takes too long, or a run for it fails.
+    /// The error of steps that leave them out, on a coarse mesh; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
     /// Whether a link bends.
     bends: bool,
