@@ -89,7 +89,7 @@ mod tests {
         let (angle, rate) = if of_angle { (start_s, 1.0) } else { (0.0, 0.0) };
         let (mut integrator, mut state) = (integrator.clone(), State::new(vec![angle], vec![rate]));
         let mut system = Bent { of_angle, ..Bent::default() };
-        integrator.begin(&mut system, start_s, &mut state)?;
+        integrator.begin(&mut system, start_s, STEP_S, &mut state)?;
         let (mut smooth, mut left, mut predicted) = (0.0, 0.0, 0.0);
         for n in 0..STEPS {
             if n == BEFORE {

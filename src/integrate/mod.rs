@@ -66,6 +66,7 @@
 //! A step took 7 to 11 iterations of two residuals and two solutions, against one of one. Membrane vibration that the step does
 //! not resolve took its order: 1.7e-4, 1.1e-4, 5.3e-5, 1.5e-5 at 2, 1, 0.5 and 0.25 ms.
 
+mod beginning;
 mod corner;
 mod dirk;
 mod esdirk;
@@ -112,14 +113,14 @@ impl Integrator {
         self
     }
 
-    /// Gives a new state what the scheme needs to begin from it under the loads present; those that come with the first step are
-    /// loads that begin there.
+    /// Gives a new state what the scheme needs to begin from it, in steps of `h_s`, under the loads present; those that come with the
+    /// first step are loads that begin there.
     ///
     /// # Errors
     /// [`StepError`] when accelerations cannot be solved for.
-    pub fn begin<S: System>(&mut self, system: &mut S, t_s: f64, state: &mut State) -> Result<(), StepError> {
+    pub fn begin<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<(), StepError> {
         match self {
-            Self::Esdirk(scheme) => scheme.begin(system, t_s, state),
+            Self::Esdirk(scheme) => scheme.begin(system, t_s, h_s, state),
             Self::TwoPoint(_) | Self::GeneralizedAlpha(_) | Self::RungeKutta(_) => Ok(()),
         }
     }

@@ -58,9 +58,8 @@ fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &Dri
         }
     }
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());
-    Ok(Box::new(
-        Integrated::new(mechanism, integrator, (as_rigid(scene, law), fading_per_s(scene, law)), law).map_err(no_equilibrium)?,
-    ))
+    let error = (as_rigid(scene, law), fading_per_s(scene, law));
+    Ok(Box::new(Integrated::new(mechanism, integrator, error, (law, scene.solver.step_s)).map_err(no_equilibrium)?))
 }
 
 /// The scene's chain as if its links were rigid, if its motion is free.

@@ -99,7 +99,7 @@ impl Route {
             (RouteKind::Coordinates, Some(old), Some(new)) if old.q.len() == new.q.len() => {
                 new.q.copy_from_slice(old.q);
                 new.v.copy_from_slice(old.v);
-                to.begin(to_law, t_s)?;
+                to.begin(to_law, t_s, h_s)?;
             }
             (RouteKind::Transfer(transfer), Some(old), Some(new)) => {
                 let input = from_law.input(t_s);

@@ -59,8 +59,8 @@ pub(super) trait Engine: Send {
     fn dynamics(&mut self) -> Option<Dynamics<'_>> {
         None
     }
-    /// Begins at the present coordinates and velocities, at `t_s`.
-    fn begin(&mut self, _law: &DriveLaw, _t_s: f64) -> Result<(), StepError> {
+    /// Begins at the present coordinates and velocities, at `t_s`, in steps of `h_s`.
+    fn begin(&mut self, _law: &DriveLaw, _t_s: f64, _h_s: f64) -> Result<(), StepError> {
         Ok(())
     }
     /// Begins at the present coordinates, velocities and accelerations, at `t_s`: what they leave over of the equations of motion is no

@@ -72,14 +72,14 @@ impl<M: Mechanism> Integrated<M> {
         mut mechanism: M,
         mut integrator: Integrator,
         (rigid, fading_per_s): (Option<RigidChain>, f64),
-        law: &DriveLaw,
+        (law, step_s): (&DriveLaw, f64),
     ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         mechanism.start(&law.input(0.0), &mut q, &mut v)?;
         let mut start = State::new(q, v);
         // A start without finite accelerations is refused when it is observed.
-        let _ = integrator.begin(&mut Driven { mechanism: &mut mechanism, law }, 0.0, &mut start);
+        let _ = integrator.begin(&mut Driven { mechanism: &mut mechanism, law }, 0.0, step_s, &mut start);
         Ok(Integrated {
             mechanism,
             integrator,
@@ -223,10 +223,10 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         self.mechanism.residual(&law.input(t_s), q, v, a, residual);
     }
 
-    fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {
+    fn begin(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<(), StepError> {
         let State { a, alpha, residual, .. } = &mut self.state;
         [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
-        self.integrator.begin(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, &mut self.state)
+        self.integrator.begin(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, h_s, &mut self.state)
     }
 
     fn keeps_energy(&self) -> bool {

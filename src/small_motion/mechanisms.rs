@@ -103,8 +103,8 @@ fn val_the_torque_of_a_crank_slider_balances_its_friction() -> Tested {
     let mut system = DrivenMechanism::new(&mut mechanism, CrankDrive::Torque { torque_nm });
     let mut integrator = Scheme::Esdirk.integrator(found.orbit.q.len(), TIGHT);
     let mut state = State::new(found.orbit.q.clone(), found.orbit.v.clone());
-    integrator.begin(&mut system, 0.0, &mut state)?;
     let (mut taken, h_s) = (Taken::default(), found.orbit.cycle.step_s());
+    integrator.begin(&mut system, 0.0, h_s, &mut state)?;
     for step in 0..found.orbit.cycle.steps {
         taken += integrator.step(&mut system, f64::from(step) * h_s, h_s, &mut state)?;
     }

@@ -138,7 +138,7 @@ impl Scheme {
         let (mut integrator, h_s) = (self.integrator(1, NEWTON), 2.0 / f64::from(steps));
         let mut mass = Mass::new(Oscillator::undamped(1.0));
         let mut state = State::new(vec![1.0], vec![0.0]);
-        integrator.begin(&mut mass, 0.0, &mut state)?;
+        integrator.begin(&mut mass, 0.0, h_s, &mut state)?;
         for n in 0..steps {
             integrator.step(&mut mass, f64::from(n) * h_s, h_s, &mut state)?;
         }
