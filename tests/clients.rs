@@ -159,6 +159,8 @@ fn prop_a_running_service_tells_its_modes() -> Tried {
     }
     service.json(&["control", "modal", "pause"])?;
     assert_eq!(service.json(&["modes", "--live", "modal"])?.len(), 8, "a paused service answers, too");
+    let shown = String::from_utf8(service.ask(&["modes", "--live", "modal"])?.stdout)?;
+    assert!(shown.contains("crank bending 2: beyond the 1 bending shape of crank.modes"), "{shown}");
     let refused = service.ask(&["modes", "--live", "modal", "--count", "1000"])?;
     let said = String::from_utf8(refused.stderr)?;
     assert!(refused.status.code() == Some(1) && said.contains("a whole number from 1 to 100"), "{said}");

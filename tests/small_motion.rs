@@ -157,6 +157,12 @@ fn regress_a_vibration_beyond_the_shapes_of_a_link_is_named() -> Outcome {
         let (_, shown, _) = flexcrank(folder.path(), &format!("modes arm.toml --count 12 {more}"))?;
         assert_eq!(shown.contains("  beam bending 3: beyond the 2 bending shapes of beam.modes"), is_named, "{more}: {shown}");
     }
+    // A base spring adds a vibration, named after the beam if it is stiff: of the one before, right to 1e-3, the same was said.
+    for (spring, named) in [(1, "beam bending 3"), (200, "beam torsion of the base")] {
+        let more = format!("--set base.torsion_spring_nm_per_rad={spring} --set base.damper_nm_s_per_rad=0");
+        let (_, shown, _) = flexcrank(folder.path(), &format!("modes arm.toml --count 5 {more}"))?;
+        assert!(shown.contains(&format!("  {named}: beyond the 2")) && shown.matches("beyond the").count() == 1, "{shown}");
+    }
     Ok(())
 }
 

@@ -6,10 +6,12 @@ use super::progress::elapsed;
 use super::small_motion_args::{Chosen, SubjectArgs};
 use super::values::finite;
 use crate::shown::shown_s;
-use crate::small_motion::{NoModes, Point, StateSpace};
+use crate::small_motion::{Mode, NoModes, Point, StateSpace};
 
 /// Most states: matrices of this size have 32 MB each.
 const MOST_STATES: usize = 2000;
+/// Rounding of the slowest motion's stiffness, as the state space tells it, from which responses err by a percent.
+const ROUNDED: f64 = 1e-3;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct LinearArgs {
@@ -30,6 +32,20 @@ pub(super) struct Linear {
     pub space: StateSpace,
     /// The scene, its model, and the state.
     pub title: String,
+}
+
+impl Linear {
+    /// Warns where the slowest motion that something holds is known to some percent only in A, which gives `result`.
+    pub(super) fn warn_of_rounding(&self, lowest: &[Mode], result: &str) {
+        let Some(slowest) = lowest.iter().find(|mode| mode.eigenvalue.norm() > 0.0) else { return };
+        if self.space.rounding_of(slowest) > ROUNDED {
+            let name = slowest.name();
+            say!(
+                "warning: elements so short leave {name} to rounding: {result} have it to a percent at best: fewer elements, or \
+                 solver.model = \"modal\", have all of it"
+            );
+        }
+    }
 }
 
 impl LinearArgs {

@@ -106,7 +106,9 @@ impl Linear {
     fn ends(&self) -> CommandResult<Vec<(&'static str, Complex<f64>, String)>> {
         let mut ends = Vec::new();
         // Of a chain that turns freely, the slowest is 0, and the next one tells more.
-        for (what, mode) in ["slowest", "next"].into_iter().zip(modes(&self.chosen.subject, &self.point, 2)?) {
+        let slow = modes(&self.chosen.subject, &self.point, 2)?;
+        self.warn_of_rounding(&slow, "the matrices");
+        for (what, mode) in ["slowest", "next"].into_iter().zip(slow) {
             ends.push((what, mode.eigenvalue, format!(", {}", mode.name())));
             if mode.eigenvalue.norm() > 0.0 {
                 break;

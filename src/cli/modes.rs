@@ -26,9 +26,8 @@ use super::values::count;
 use super::written::{draw, write_table};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::plot;
-use crate::scene::{Link, ModelKind};
 use crate::shown::shown_s;
-use crate::small_motion::{Kind, LiveModes, Mode, ModeReport, NoModes, Part, is_uncertain, modes as find};
+use crate::small_motion::{BeyondShapes, LiveModes, Mode, ModeReport, NoModes, beyond_shapes, is_uncertain, modes as find};
 use crate::wire::status::State;
 
 pub(super) const EXAMPLES: &str = "\
@@ -283,6 +282,7 @@ fn live(args: &Args, name: &Name) -> CommandResult {
     let turning = figure(found.crank_rate_rad_per_s);
     writeln!(output(), "{name}: step {}, t = {} s, crank turning at {turning} rad/s", found.step, shown_s(found.sim_time_s))?;
     print_modes(&found.modes)?;
+    print_beyond_shapes(&found.beyond_shapes)?;
     Ok(ExitStatus::Success)
 }
 
@@ -313,30 +313,19 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
     let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
     print_modes(&modes.iter().map(ModeReport::from).collect::<Vec<_>>())?;
-    for (name, link, shapes) in standing_for_higher(modes, chosen) {
+    print_beyond_shapes(&beyond_shapes(&chosen.subject, modes))
+}
+
+fn print_beyond_shapes(beyond: &[BeyondShapes]) -> CommandResult<()> {
+    for BeyondShapes { mode, link, shapes } in beyond {
+        let shapes = counted(*shapes as u64, "bending shape");
         writeln!(
             output(),
-            "  {name}: beyond the {} of {link}.modes, it stands for all higher ones, and its frequency is too high: more modes, or \
-             finite-element, give it",
-            counted(shapes as u64, "bending shape")
+            "  {mode}: beyond the {shapes} of {link}.modes, it stands for all higher ones, and its frequency is too high: more modes, \
+             or finite-element, give it"
         )?;
     }
     Ok(())
-}
-
-/// The bending vibrations beyond the shapes that `modal` has of their link: name, link and number of shapes. Where the crank is held, such
-/// a frequency is right within some percent. Modes that only decay do not count: a strong damper at the pivot makes one of a vibration.
-fn standing_for_higher(modes: &[Mode], chosen: &Chosen) -> Vec<(String, &'static str, usize)> {
-    let scene = &chosen.source.scene;
-    if scene.solver.model != ModelKind::Modal || chosen.subject.is_held() {
-        return Vec::new();
-    }
-    let of_link = |link: &Link| {
-        let bends = |mode: &&Mode| mode.kind == Kind::Vibration(Part::Bending(link.name)) && mode.eigenvalue.im > 0.0;
-        let (name, shapes) = (link.name.as_str(), link.modes);
-        modes.iter().filter(bends).skip(shapes).map(|mode| (mode.name(), name, shapes)).collect::<Vec<_>>()
-    };
-    scene.chain().iter().flat_map(|chain| &chain.links).flat_map(of_link).collect()
 }
 
 fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {

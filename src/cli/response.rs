@@ -108,6 +108,7 @@ pub(super) fn response(args: &Args) -> CommandResult {
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
     let responses = args.respond(&linear, &natural_hz(&found))?;
+    linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats(is_free(&found)));
     // All that can be written is, though an earlier part of it, or printing, fails.

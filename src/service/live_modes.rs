@@ -9,7 +9,7 @@ use crate::bus::Question;
 use crate::runtime::SharedState;
 use crate::scene::Scene;
 use crate::simulation::{Checkpoint, Simulation, Stamp};
-use crate::small_motion::{LiveModes, ModeReport, NoModes, Subject, modes};
+use crate::small_motion::{LiveModes, ModeReport, NoModes, Subject, beyond_shapes, modes};
 
 /// Questions that are computed at a time; more are refused.
 const AT_ONCE: usize = 2;
@@ -101,6 +101,7 @@ impl ModesService {
             sim_time_s: stamp.sim_time_s,
             crank_rate_rad_per_s: crank.map_or(0.0, |link| link.rate_rad_per_s),
             modes: found.iter().map(ModeReport::from).collect(),
+            beyond_shapes: beyond_shapes(&subject, &found),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Square matrices with entries near the diagonal, and their factors.
 
-use nalgebra::DMatrix;
+use nalgebra::{Complex, ComplexField, DMatrix};
 
 use crate::mechanics::Singular;
 
@@ -83,28 +83,40 @@ impl Band {
     /// # Errors
     /// [`Singular`] where a pivot is 0 or not finite.
     pub fn factor(&self) -> Result<BandLu, Singular> {
-        BandLu::new(self)
+        BandLu::new(self.n, [self.below, self.above], self.iter())
+    }
+
+    /// Factors of a sum of matrices of one size, each times a complex number.
+    ///
+    /// # Errors
+    /// [`Singular`] where a pivot is 0 or not finite.
+    pub fn factor_sum<const N: usize>(terms: [(&Self, Complex<f64>); N]) -> Result<BandLu<Complex<f64>>, Singular> {
+        let widest = |width: fn(&Self) -> usize| terms.iter().map(|(band, _)| width(band)).max().unwrap_or(0);
+        let rows = terms.first().map_or(0, |(band, _)| band.n);
+        let entries = terms.iter().flat_map(|(band, factor)| band.iter().map(move |(i, j, value)| (i, j, factor * value)));
+        BandLu::new(rows, [widest(|band| band.below), widest(|band| band.above)], entries)
     }
 }
 
 /// `P A = L U` by elimination with row exchanges; the work is linear in the number of rows.
 #[derive(Debug, Clone)]
-pub struct BandLu {
+pub struct BandLu<T = f64> {
     n: usize,
     below: usize,
     /// Entries to the right of the diagonal: exchanges add `below` to those of the matrix.
     above: usize,
-    entries: Vec<f64>,
+    entries: Vec<T>,
     pivots: Vec<usize>,
 }
 
-impl BandLu {
-    fn new(band: &Band) -> Result<Self, Singular> {
-        let (n, below, above) = (band.n, band.below, band.below + band.above);
-        let mut lu = BandLu { n, below, above, entries: vec![0.0; n * (below + 1 + above)], pivots: vec![0; n] };
-        for (i, j, value) in band.iter() {
+impl<T: ComplexField<RealField = f64> + Copy> BandLu<T> {
+    /// Of entries `(row, column, value)` so far below and above the diagonal; those of one place add up.
+    fn new(n: usize, [below, above]: [usize; 2], entries: impl Iterator<Item = (usize, usize, T)>) -> Result<Self, Singular> {
+        let above = below + above;
+        let mut lu = BandLu { n, below, above, entries: vec![T::zero(); n * (below + 1 + above)], pivots: vec![0; n] };
+        for (i, j, value) in entries {
             let place = lu.place(i, j);
-            lu.entries[place] = value;
+            lu.entries[place] += value;
         }
         (0..n).try_for_each(|k| lu.eliminate(k))?;
         Ok(lu)
@@ -118,7 +130,7 @@ impl BandLu {
     fn eliminate(&mut self, k: usize) -> Result<(), Singular> {
         let last_row = (k + self.below).min(self.n - 1);
         let last_column = (k + self.above).min(self.n - 1);
-        let magnitude = |lu: &Self, i: usize| lu.entries[lu.place(i, k)].abs();
+        let magnitude = |lu: &Self, i: usize| lu.entries[lu.place(i, k)].modulus();
         let pivot = (k..=last_row).fold(k, |best, i| if magnitude(self, i) > magnitude(self, best) { i } else { best });
         self.pivots[k] = pivot;
         if pivot != k {
@@ -128,34 +140,35 @@ impl BandLu {
             }
         }
         let diagonal = self.entries[self.place(k, k)];
-        if !diagonal.is_normal() {
+        if !diagonal.modulus().is_normal() {
             return Err(Singular);
         }
         for i in k + 1..=last_row {
             let first = self.place(i, k);
             let factor = self.entries[first] / diagonal;
             self.entries[first] = factor;
-            if factor != 0.0 {
+            if factor != T::zero() {
                 let (upper, lower) = self.entries.split_at_mut(first);
                 let row = &upper[k * (self.below + 1 + self.above) + self.below..][1..=last_column - k];
-                lower[1..].iter_mut().zip(row).for_each(|(entry, row)| *entry -= factor * row);
+                lower[1..].iter_mut().zip(row).for_each(|(entry, row)| *entry -= factor * *row);
             }
         }
         Ok(())
     }
 
     /// Solves for `x` in place.
-    pub fn solve(&self, x: &mut [f64]) {
+    pub fn solve(&self, x: &mut [T]) {
         for k in 0..self.n {
             x.swap(k, self.pivots[k]);
             for i in k + 1..=(k + self.below).min(self.n - 1) {
-                x[i] -= self.entries[self.place(i, k)] * x[k];
+                let carried = self.entries[self.place(i, k)] * x[k];
+                x[i] -= carried;
             }
         }
         for k in (0..self.n).rev() {
             let (diagonal, last) = (self.place(k, k), (k + self.above).min(self.n - 1));
             let row = &self.entries[diagonal + 1..=diagonal + last - k];
-            let sum: f64 = row.iter().zip(&x[k + 1..]).map(|(entry, x)| entry * x).sum();
+            let sum = row.iter().zip(&x[k + 1..]).fold(T::zero(), |sum, (entry, x)| sum + *entry * *x);
             x[k] = (x[k] - sum) / self.entries[diagonal];
         }
     }

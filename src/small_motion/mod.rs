@@ -5,6 +5,7 @@
 //! a run ([`Point`]).
 
 mod band;
+mod beyond_shapes;
 pub mod error;
 #[cfg(test)]
 mod examples;
@@ -51,6 +52,7 @@ pub mod variation;
 mod vibrations;
 
 pub use band::{Band, BandLu};
+pub use beyond_shapes::{BeyondShapes, beyond_shapes};
 pub use linearised::Linearised;
 pub use modal_equation::ModalEquation;
 pub use mode::{Kind, Mode, Share, modes};

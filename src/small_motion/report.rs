@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::beyond_shapes::BeyondShapes;
 use super::mode::Mode;
 
 /// One mode.
@@ -34,6 +35,9 @@ pub struct LiveModes {
     pub crank_rate_rad_per_s: f64,
     /// The modes, lowest first.
     pub modes: Vec<ModeReport>,
+    /// Those among them that stand for all higher ones.
+    #[serde(default)]
+    pub beyond_shapes: Vec<BeyondShapes>,
 }
 
 impl From<&Mode> for ModeReport {

@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DMatrixView, DVector};
 
 use super::NoModes;
-use super::state_space::StateSpace;
+use super::band::Band;
+use super::linearised::Linearised;
+use super::state_space::{Equations, StateSpace};
 
 impl StateSpace {
     /// `G(iω)` of one input, for all outputs; in discrete time `e^(iωh)` stands for `iω`:
@@ -14,8 +16,8 @@ impl StateSpace {
     /// G(z) = C (z − A)⁻¹ b + d
     /// ```
     ///
-    /// In continuous time the velocities are z times the positions, which leaves half of the equations:
-    /// `(z² − z A₂₂ − A₂₁) q = b₂`.
+    /// In continuous time the velocities are z times the positions, which leaves half of the equations, `(z² M + z D + K) q = f`. In
+    /// A = −M⁻¹K slow motion is rounding beside that of single short elements: of a crank of 36, the response erred by 2e-2.
     ///
     /// # Errors
     /// [`NoModes::NotFound`] at the frequency of a vibration without damping.
@@ -34,13 +36,12 @@ impl StateSpace {
 
     /// The states that vibrate as `e^(zt)`.
     fn vibrating(&self, input: usize, z: Complex<f64>) -> Option<DMatrix<Complex<f64>>> {
-        let n = self.a.nrows() / 2;
-        let [position, velocity] = [0, n].map(|column| complex(&self.a.view((n, column), (n, n))));
-        let mut matrix = -(velocity * z + position);
-        matrix.set_diagonal(&matrix.diagonal().map(|entry| entry + z * z));
-        let q = matrix.lu().solve(&complex(&self.b.view((n, input), (n, 1))))?;
-        let v = &q * z;
-        Some(DMatrix::from_fn(2 * n, 1, |row, _| if row < n { q[row] } else { v[row - n] }))
+        let Equations { system: Linearised { mass, damping, stiffness, .. }, force } = &self.equations;
+        let factors = Band::factor_sum([(mass, z * z), (damping, z), (stiffness, Complex::from(1.0))]).ok()?;
+        let mut q: Vec<Complex<f64>> = force.column(input).iter().map(|force| Complex::from(*force)).collect();
+        factors.solve(&mut q);
+        let v = q.iter().map(|q| q * z);
+        Some(DMatrix::from_iterator(2 * q.len(), 1, q.iter().copied().chain(v)))
     }
 
     /// The outputs at `count` samples from 0 on, `step_s` apart, after one input has gone from 0 to 1: one column a sample, exact.

@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, linalg::balancing::balance_parlett_reinsch};
 use super::NoModes;
 use super::inputs::{InputColumn, beside, inputs, slider_row};
 use super::linearised::{Linearised, rotation};
+use super::mode::Mode;
 use super::outputs::{Outputs, Rows};
 use super::point::Point;
 use super::subject::Subject;
@@ -42,6 +43,15 @@ pub struct StateSpace {
     pub at: Vec<f64>,
     /// Sampling interval, s; `None` in continuous time.
     pub step_s: Option<f64>,
+    pub(super) equations: Equations,
+}
+
+/// The equations of second order that A and B are made of.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Equations {
+    pub(super) system: Linearised,
+    /// Forces of the inputs, one column each.
+    pub(super) force: DMatrix<f64>,
 }
 
 impl StateSpace {
@@ -67,12 +77,13 @@ impl StateSpace {
             if point.speed_rad_per_s == 0.0 { rows } else { rows.turning_along(&rotation(mechanism.as_mut(), point).dense()) };
         let names: Vec<String> = mechanism.coordinates().into_iter().map(|coordinate| coordinate.name).collect();
         let rates = names.iter().map(|name| format!("{name}_per_s"));
-        let mut space = first_order(&system, &rows, &columns)?;
+        let torque = system.torque.clone();
+        let mut space = first_order(system, &rows, &columns)?;
         space.states = names.iter().cloned().chain(rates).collect();
         space.at = outputs.values(mechanism.as_mut(), point).as_slice().to_vec();
         space.outputs = outputs.names;
         if !subject.is_held() && !subject.is_oscillator() {
-            space.put_tangent_first(subject, point, &system.torque);
+            space.put_tangent_first(subject, point, &torque);
         }
         let finite = [&space.a, &space.b, &space.c, &space.d].iter().all(|matrix| matrix.iter().all(|entry| entry.is_finite()));
         if finite { Ok(space) } else { Err(NoModes::Singular) }
@@ -99,6 +110,23 @@ impl StateSpace {
         let mut map = self.a.clone();
         balance_parlett_reinsch(&mut map);
         map.complex_eigenvalues().iter().copied().collect()
+    }
+
+    /// Largest relative error of a mode's `λ²` in A by the rounding of `M⁻¹K`. With `φᴴ M φ = 1`,
+    ///
+    /// ```text
+    /// ε Σᵢⱼ |Mφ|ᵢ |M⁻¹K|ᵢⱼ |φ|ⱼ / |λ|²
+    /// ```
+    ///
+    /// Infinite of free motion, and meaningless with a step.
+    pub fn rounding_of(&self, mode: &Mode) -> f64 {
+        let part = |part: fn(&Complex<f64>) -> f64| mode.shape.iter().map(part).collect::<Vec<f64>>();
+        let [re, im] = [part(|x| x.re), part(|x| x.im)].map(|x| self.equations.system.mass.times(&x));
+        let momentum: Vec<f64> = re.iter().zip(im).map(|(re, im)| re.hypot(im)).collect();
+        let n = momentum.len();
+        let of_row = |i: usize| -> f64 { (0..n).map(|j| self.a[(n + i, j)].abs() * mode.shape[j].norm()).sum() };
+        let terms: f64 = momentum.iter().enumerate().map(|(i, momentum)| momentum * of_row(i)).sum();
+        f64::EPSILON * terms / mode.eigenvalue.norm_sqr()
     }
 
     /// Eigenvalues of A in order of magnitude.
@@ -135,7 +163,7 @@ impl Rows {
 }
 
 /// The matrices, with the accelerations replaced by `M⁻¹ (b u − D δq̇ − K δq)`.
-fn first_order(system: &Linearised, rows: &Rows, inputs: &[InputColumn]) -> Result<StateSpace, NoModes> {
+fn first_order(system: Linearised, rows: &Rows, inputs: &[InputColumn]) -> Result<StateSpace, NoModes> {
     let n = system.mass.rows();
     let mass = system.mass.factor().map_err(|_| NoModes::Singular)?;
     let solved = |mut matrix: DMatrix<f64>| {
@@ -146,7 +174,9 @@ fn first_order(system: &Linearised, rows: &Rows, inputs: &[InputColumn]) -> Resu
     };
     let stiffness = -solved(system.stiffness.dense());
     let damping = -solved(system.damping.dense());
-    let force = solved(beside(inputs, |input| &input.force, n));
+    let force = beside(inputs, |input| &input.force, n);
+    let equations = Equations { system, force };
+    let force = solved(equations.force.clone());
     let mut a = DMatrix::zeros(2 * n, 2 * n);
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&stiffness);
@@ -159,5 +189,5 @@ fn first_order(system: &Linearised, rows: &Rows, inputs: &[InputColumn]) -> Resu
     c.view_mut((0, n), (count, n)).copy_from(&(&rows.velocity + &rows.acceleration * damping));
     let d = &rows.acceleration * force + beside(inputs, |input| &input.direct, count);
     let inputs = inputs.iter().map(|input| input.name.clone()).collect();
-    Ok(StateSpace { a, b, c, d, states: Vec::new(), inputs, outputs: Vec::new(), at: Vec::new(), step_s: None })
+    Ok(StateSpace { a, b, c, d, states: Vec::new(), inputs, outputs: Vec::new(), at: Vec::new(), step_s: None, equations })
 }

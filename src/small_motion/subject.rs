@@ -85,6 +85,10 @@ impl Subject {
         })
     }
 
+    pub(super) fn model(&self) -> ModelKind {
+        self.model
+    }
+
     /// Whether the model's stiffness against stretching has that of tension against bending among it.
     pub(super) fn stretching_has_tension(&self) -> bool {
         self.model == ModelKind::FiniteElement
