@@ -12,6 +12,7 @@ use super::suspect_numbers::newly_suspect;
 use super::values::{change, count, time};
 use crate::bus::{BusError, Name, Session, client};
 use crate::scene::SceneSource;
+use crate::wire::status::State;
 use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
 /// Shown by `--help`.
@@ -141,7 +142,12 @@ fn control_replay(args: &Args, action: replay_control::Action) -> CommandResult 
     answer.told(send_and_print(&args.client, name, args.json, |session| {
         answer.noted(client::replay_control(session, name, &message).map_err(|error| match error {
             BusError::NoReply(_) => {
-                Failure::Failed(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay: {error}"))
+                let state = client::snapshot(session, name).and_then(|snapshot| snapshot.status).map(|status| status.state());
+                let why = match state {
+                    Some(State::Replaying) | None => format!("may not be a replay: {error}"),
+                    Some(_) => "is a simulation: reset and step are its commands".to_owned(),
+                };
+                Failure::Failed(format!("only a replay accepts seek, rate and next, and `{name}` {why}"))
             }
             error => Failure::from(error),
         }))

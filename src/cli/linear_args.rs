@@ -41,8 +41,8 @@ impl Linear {
         if self.space.rounding_of(slowest) > ROUNDED {
             let name = slowest.name();
             say!(
-                "warning: elements so short leave {name} to rounding: {result} have it to a percent at best: fewer elements, or \
-                 solver.model = \"modal\", have all of it"
+                "warning: with elements so short, {result} has the {name} to a percent at best, by rounding: fewer elements, or \
+                 solver.model = \"modal\", give it in full"
             );
         }
     }

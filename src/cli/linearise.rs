@@ -107,7 +107,7 @@ impl Linear {
         let mut ends = Vec::new();
         // Of a chain that turns freely, the slowest is 0, and the next one tells more.
         let slow = modes(&self.chosen.subject, &self.point, 2)?;
-        self.warn_of_rounding(&slow, "the matrices");
+        self.warn_of_rounding(&slow, "A");
         for (what, mode) in ["slowest", "next"].into_iter().zip(slow) {
             ends.push((what, mode.eigenvalue, format!(", {}", mode.name())));
             if mode.eigenvalue.norm() > 0.0 {
