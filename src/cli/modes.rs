@@ -16,7 +16,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
 use super::formatting::counted;
-use super::mode_figures::{damping, hertz, percent};
+use super::mode_figures::{damping, hertz, percent, rounded};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
 use super::progress::bar;
@@ -27,7 +27,9 @@ use super::written::{draw, write_table};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::plot;
 use crate::shown::shown_s;
-use crate::small_motion::{BeyondShapes, LiveModes, Mode, ModeReport, NoModes, beyond_shapes, is_uncertain, modes as find};
+use crate::small_motion::{
+    BeyondShapes, LiveModes, Mode, ModeReport, NoModes, Point, beyond_shapes, is_uncertain, modes as find,
+};
 use crate::wire::status::State;
 
 pub(super) const EXAMPLES: &str = "\
@@ -198,12 +200,8 @@ impl Args {
             Along::Angle => single(&self.speed),
             Along::Speed => single(&self.angle),
         };
-        let at = |value: f64| match along {
-            Along::Angle => chosen.point(Some(value), other.unwrap_or(0.0)),
-            Along::Speed => chosen.point(other, value),
-        };
         let wanted = if values.len() > 1 { self.modes().saturating_add(BEYOND) } else { self.modes() };
-        let at = |value: f64| at(value).and_then(|point| find(&chosen.subject, &point, wanted));
+        let at = |value: f64| point(chosen, along, other, value).and_then(|point| find(&chosen.subject, &point, wanted));
         let bar = bar(values.len() as u64, "{wide_bar} {pos}/{len} points{left}");
         interruption.keeps(values.len() > 1);
         let most = MOST_POINTS * values.len();
@@ -297,6 +295,14 @@ fn unanswered(session: &Session, name: &Name, error: BusError) -> Failure {
     }
 }
 
+/// The state at a value of what is swept.
+fn point(chosen: &Chosen, along: Along, other: Option<f64>, value: f64) -> Result<Point, NoModes> {
+    match along {
+        Along::Angle => chosen.point(Some(value), other.unwrap_or(0.0)),
+        Along::Speed => chosen.point(other, value),
+    }
+}
+
 /// Prints the modes of one point.
 fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     let crank = match (chosen.subject.is_oscillator(), chosen.subject.is_held()) {
@@ -313,7 +319,8 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
     let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
     print_modes(&modes.iter().map(ModeReport::from).collect::<Vec<_>>())?;
-    print_beyond_shapes(&beyond_shapes(&chosen.subject, modes))
+    let Some(value) = swept.values.first() else { return Ok(()) };
+    print_beyond_shapes(&beyond_shapes(&chosen.subject, &point(chosen, swept.along, swept.other, *value)?, modes))
 }
 
 fn print_beyond_shapes(beyond: &[BeyondShapes]) -> CommandResult<()> {
@@ -335,7 +342,8 @@ fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {
         let parts: Vec<String> = parts.map(|(part, share)| format!("{part} {}", percent(*share))).collect();
         rows.push(vec![mode.name.clone(), parts.join(", "), hertz(mode), damping(mode), percent(mode.rigid_part)]);
     }
-    Ok(print(&rows, 2)?)
+    print(&rows, 2)?;
+    modes.iter().filter_map(rounded).try_for_each(|remark| Ok(writeln!(output(), "{remark}")?))
 }
 
 /// The mechanism at rest and bent as each mode bends it.

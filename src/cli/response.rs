@@ -12,6 +12,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
 use super::linear_args::{Linear, LinearArgs};
+use super::mode_figures::rounded;
 use super::output::output;
 use super::phases::{unwrap, within_half_a_turn};
 use super::progress::bar;
@@ -111,6 +112,8 @@ pub(super) fn response(args: &Args) -> CommandResult {
     linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats(is_free(&found)));
+    let remarks = found.iter().filter_map(|mode| rounded(&mode.into()));
+    let shown = shown.and_then(|()| remarks.into_iter().try_for_each(|remark| Ok(writeln!(output(), "{remark}")?)));
     // All that can be written is, though an earlier part of it, or printing, fails.
     shown
         .and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true)))

@@ -170,20 +170,20 @@ impl Esdirk {
         self.fixed = fixed;
     }
 
-    /// Gives a new state the accelerations that it begins with under the loads present, unless these overshoot and the step's cost is free.
+    /// Gives a new state the accelerations that it begins with under the loads present, unless these overshoot.
     ///
     /// # Errors
     /// [`StepError`] when they cannot be solved for; the state then has none.
     pub fn begin<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<(), StepError> {
-        let (State { q, v, a, alpha, residual: left }, Self { stages, residual, fixed, .. }) = (state, self);
-        [&mut *alpha, &mut *left].into_iter().for_each(|part| part.fill(0.0));
-        solve_acceleration(system, t_s, q, v, a, residual)?;
-        if fixed.is_none() && overshoots(system, (t_s, C[1] * h_s), [q, v, a], [&mut stages.q, &mut stages.v, residual]) {
-            a.fill(0.0);
-            return Ok(());
+        let (Self { stages, residual, .. }, State { q, v, a, alpha, residual: left }) = (self, state);
+        [&mut *a, &mut *alpha, &mut *left].into_iter().for_each(|part| part.fill(0.0));
+        solve_acceleration(system, t_s, q, v, &mut stages.a, residual)?;
+        let scratch = [&mut stages.q[..], &mut stages.v, residual];
+        if !overshoots(system, (t_s, C[1] * h_s), [q, v, &stages.a], scratch) {
+            a.copy_from_slice(&stages.a);
+            alpha.copy_from_slice(a);
+            system.residual(t_s, q, v, a, left);
         }
-        system.residual(t_s, q, v, a, left);
-        alpha.copy_from_slice(a);
         Ok(())
     }
 

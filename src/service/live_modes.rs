@@ -101,7 +101,7 @@ impl ModesService {
             sim_time_s: stamp.sim_time_s,
             crank_rate_rad_per_s: crank.map_or(0.0, |link| link.rate_rad_per_s),
             modes: found.iter().map(ModeReport::from).collect(),
-            beyond_shapes: beyond_shapes(&subject, &found),
+            beyond_shapes: beyond_shapes(&subject, &point, &found),
         })
     }
 }

@@ -2,10 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::linearised::tangent;
 use super::mode::{Kind, Mode};
-use super::parts::Part;
+use super::point::Point;
 use super::subject::Subject;
+use crate::mechanics::Weights;
 use crate::scene::ModelKind;
+
+/// Part of a vibration's strain energy in the shape of a moment at its link's root from which it is named: it has 0.97 or more, those that
+/// are right within some percent have 0.45 or less.
+const STANDS_IN: f64 = 0.9;
 
 /// A vibration that stands for all those which the bending shapes of its link cannot take.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,26 +24,33 @@ pub struct BeyondShapes {
     pub shapes: usize,
 }
 
-/// Those among the lowest modes of `modal`. Where the crank is held, such a frequency is right within some percent.
+/// Those among the modes of `modal` about a point. Where the crank is held, such a frequency is right within some percent.
 ///
-/// A base spring adds a vibration to those of the first link, whichever part it is named after. Modes that only decay do not count: a
-/// strong damper at the pivot makes one of a vibration.
-pub fn beyond_shapes(subject: &Subject, modes: &[Mode]) -> Vec<BeyondShapes> {
+/// The crank has a shape χ beside its sines, of a moment at its root (`modal/shapes.rs`), which takes what is left of all higher sines.
+/// Shapes are orthogonal in stiffness, so that `K_χχ |φ_χ|² / Σ Kᵢᵢ |φᵢ|²` is its part of a mode's strain energy.
+pub fn beyond_shapes(subject: &Subject, point: &Point, modes: &[Mode]) -> Vec<BeyondShapes> {
     let chain = subject.chain().filter(|_| subject.model() == ModelKind::Modal && !subject.is_held());
-    let links = chain.iter().flat_map(|chain| &chain.links).enumerate();
-    links
-        .flat_map(|(number, link)| {
-            let is_sprung = number == 0 && subject.has_base_spring();
-            let is_own = move |mode: &&Mode| match mode.kind {
-                Kind::Vibration(part) => part == Part::Bending(link.name) || is_sprung && part == Part::Base,
-                _ => false,
-            };
-            let own = modes.iter().filter(is_own).filter(|mode| mode.eigenvalue.im > 0.0);
-            own.skip(link.modes + usize::from(is_sprung)).map(|mode| BeyondShapes {
-                mode: mode.name(),
-                link: link.name.as_str().to_owned(),
-                shapes: link.modes,
-            })
-        })
-        .collect()
+    let Some(chain) = chain else { return Vec::new() };
+    let mut mechanism = subject.mechanism();
+    let names = mechanism.coordinates();
+    let position = Weights { acceleration: 0.0, velocity: 0.0, position: 1.0 };
+    let stiffness = tangent(mechanism.as_mut(), point, position);
+    let diagonal: Vec<f64> = stiffness.iter().filter(|(i, j, _)| i == j).map(|(_, _, value)| value).collect();
+    let mut found = Vec::new();
+    for link in &chain.links {
+        let root = format!("{}_root_bending_m", link.name.as_str());
+        let Some(root) = names.iter().position(|name| name.name == root) else { continue };
+        let stands_in = |mode: &&Mode| {
+            let energies = || diagonal.iter().zip(mode.shape.iter()).map(|(stiffness, x)| stiffness * x.norm_sqr());
+            let is_vibration = matches!(mode.kind, Kind::Vibration(_)) && mode.eigenvalue.im > 0.0;
+            is_vibration && energies().nth(root).is_some_and(|own| own > STANDS_IN * energies().sum::<f64>())
+        };
+        let named = modes.iter().filter(stands_in).map(|mode| BeyondShapes {
+            mode: mode.name(),
+            link: link.name.as_str().to_owned(),
+            shapes: link.modes,
+        });
+        found.extend(named);
+    }
+    found
 }

@@ -33,6 +33,7 @@ mod point;
 mod recorded;
 mod report;
 mod response;
+mod rounding;
 pub mod scheme;
 mod shape;
 mod spectrum;

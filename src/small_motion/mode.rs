@@ -9,6 +9,7 @@ use super::band::Band;
 use super::linearised::Linearised;
 use super::parts::{Part, Parts};
 use super::point::Point;
+use super::rounding::rounding;
 use super::shape::{Figure, LinkShape, deformed_part};
 use super::spectrum::lowest;
 use super::subject::Subject;
@@ -73,6 +74,8 @@ pub struct Mode {
     pub rigid_part: f64,
     /// φ on the links' nodes; none of an oscillator.
     pub links: Vec<LinkShape>,
+    /// The part, 0 to 1, that rounding may have in what holds the motion; 0 where nothing does.
+    pub rounding: f64,
 }
 
 impl Mode {
@@ -265,7 +268,9 @@ impl Identifier {
         // Free motion strains nothing; what its shape strains is the rounding of the eigenvector.
         let shares = energies.into_iter().filter(|_| whole > 0.0 && eigenvalue.norm() > 0.0);
         let shares = shares.map(|(part, energy)| Share { part, share: energy / whole }).collect();
-        Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links }
+        let is_free = eigenvalue.norm() == 0.0;
+        let rounding = if is_free { 0.0 } else { rounding(&self.system, eigenvalue, &shape).min(1.0) };
+        Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links, rounding }
     }
 }
 

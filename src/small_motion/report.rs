@@ -20,6 +20,9 @@ pub struct ModeReport {
     pub rigid_part: f64,
     /// Parts of the mechanism with their shares of the strain energy, the largest first.
     pub strain: Vec<(String, f64)>,
+    /// The part that rounding may have in what holds the motion, 0 to 1.
+    #[serde(default)]
+    pub rounding: f64,
 }
 
 /// The modes of a running service at an instant.
@@ -49,6 +52,7 @@ impl From<&Mode> for ModeReport {
             eigenvalue_per_s: [mode.eigenvalue.re, mode.eigenvalue.im],
             rigid_part: mode.rigid_part,
             strain: mode.shares.iter().map(|share| (share.part.to_string(), share.share)).collect(),
+            rounding: mode.rounding,
         }
     }
 }

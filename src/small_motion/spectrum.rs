@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, linalg::Schur};
 use super::NoModes;
 use super::band::{Band, BandLu};
 use super::linearised::Linearised;
+use super::rounding::is_rounding;
 
 /// Up to this many rows the whole matrix of the first-order system is treated; beyond it, Krylov's subspace.
 const DENSE: usize = 120;
@@ -13,11 +14,8 @@ const SPARE: usize = 60;
 /// Relative residual in the inverted system at which an eigenvalue is accepted.
 const TOLERANCE: f64 = 1e-11;
 /// A double eigenvalue 0, of free motion, is found to the root of rounding only: of this part of the shift, or of the stiffest entry's
-/// frequency,
+/// frequency where rounding may hold the motion.
 const FREE: f64 = 5e-8;
-/// if what holds the motion is below this many times the rounding of the terms that it is the sum of. Errors of a fifth of that rounding
-/// were seen, of a short crank with 24 to 100 finite elements.
-const ROUNDED: f64 = 4.0;
 /// The shift is chosen anew until it lies within this factor of the highest eigenvalue asked for: what is far above the shift is lost
 /// in the rounding of what is near.
 const SHIFT_WITHIN: f64 = 3.0;
@@ -271,15 +269,6 @@ fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected) 
     }
     found.is_whole = wanted.is_met(found.pairs.len(), found.magnitudes.len());
     Ok(found)
-}
-
-/// Whether the stiffness that holds a motion, `φᴴ K φ = −λ (λ + φᴴ D φ)`, is rounding of the terms of that product. The decay of free
-/// motion under a damper, `λ = −φᴴ D φ`, is none.
-fn is_rounding(system: &Linearised, value: Complex<f64>, vector: &DVector<Complex<f64>>) -> bool {
-    let damping: Complex<f64> = system.damping.iter().map(|(i, j, entry)| vector[i].conj() * vector[j] * entry).sum();
-    let terms: f64 = system.stiffness.iter().map(|(i, j, entry)| vector[i].norm() * vector[j].norm() * entry.abs()).sum();
-    let [one, other] = [value.norm(), (value + damping).norm()];
-    one < 2.0 * other && one * other < ROUNDED * f64::EPSILON * terms
 }
 
 /// Largest `√(Kᵢᵢ/Mᵢᵢ)`, 1/s.

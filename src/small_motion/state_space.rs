@@ -8,6 +8,7 @@ use super::linearised::{Linearised, rotation};
 use super::mode::Mode;
 use super::outputs::{Outputs, Rows};
 use super::point::Point;
+use super::rounding::damping;
 use super::subject::Subject;
 
 /// Small motion about a point, with deviations of the states x, inputs u and outputs y from their values there:
@@ -112,10 +113,10 @@ impl StateSpace {
         map.complex_eigenvalues().iter().copied().collect()
     }
 
-    /// Largest relative error of a mode's `λ²` in A by the rounding of `M⁻¹K`. With `φᴴ M φ = 1`,
+    /// The part that rounding of `M⁻¹K` in A may have in what holds a mode, `φᴴ K φ = −λ (λ + φᴴ D φ)`. With `φᴴ M φ = 1`,
     ///
     /// ```text
-    /// ε Σᵢⱼ |Mφ|ᵢ |M⁻¹K|ᵢⱼ |φ|ⱼ / |λ|²
+    /// ε Σᵢⱼ |Mφ|ᵢ |M⁻¹K|ᵢⱼ |φ|ⱼ / |λ (λ + φᴴ D φ)|
     /// ```
     ///
     /// Infinite of free motion, and meaningless with a step.
@@ -126,7 +127,8 @@ impl StateSpace {
         let n = momentum.len();
         let of_row = |i: usize| -> f64 { (0..n).map(|j| self.a[(n + i, j)].abs() * mode.shape[j].norm()).sum() };
         let terms: f64 = momentum.iter().enumerate().map(|(i, momentum)| momentum * of_row(i)).sum();
-        f64::EPSILON * terms / mode.eigenvalue.norm_sqr()
+        let held = mode.eigenvalue * (mode.eigenvalue + damping(&self.equations.system, &mode.shape));
+        f64::EPSILON * terms / held.norm()
     }
 
     /// Eigenvalues of A in order of magnitude.

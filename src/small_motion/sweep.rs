@@ -7,6 +7,8 @@ use super::shape::likeness;
 const ALIKE: f64 = 0.2;
 /// Least likeness of two shapes that are one mode beyond doubt.
 const SURELY_ALIKE: f64 = 0.8;
+/// Part of its likeness that the shape of what does not vibrate loses at most to another rate of the same sign: less than would be doubt.
+const OTHER_RATE: f64 = 0.15;
 
 /// One mode along a sweep.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,10 +87,16 @@ pub fn is_uncertain(before: &[Mode], after: &[Mode], count: usize) -> bool {
     !before.is_empty() && !after.is_empty() && found.iter().take(count).any(lost)
 }
 
-/// Whether one mode grows and the other decays, neither of which vibrates: of what falls away from rest, both have one shape.
-fn is_opposite(one: &Mode, other: &Mode) -> bool {
+/// The part of the likeness of two shapes that is left by their rates, if neither vibrates: what falls away from rest, or turns freely
+/// under a damper, has one shape in both of its motions.
+fn alike_in_rate(one: &Mode, other: &Mode) -> f64 {
     let [one, other] = [one, other].map(|mode| mode.eigenvalue);
-    one.im == 0.0 && other.im == 0.0 && one.re * other.re < 0.0
+    match (one.im == 0.0 && other.im == 0.0, one.re * other.re < 0.0) {
+        (false, _) => 1.0,
+        (true, true) => 0.5,
+        (true, false) if one.re == other.re => 1.0,
+        (true, false) => 1.0 - OTHER_RATE * (one.re - other.re).abs() / one.re.abs().max(other.re.abs()),
+    }
 }
 
 /// Place and likeness among `modes` of each that is known: pairs in the order of their likeness, each mode taken once.
@@ -98,8 +106,7 @@ fn matches(known: &[Option<&Mode>], modes: &[Mode]) -> Vec<Option<(usize, f64)>>
         for (place, mode) in modes.iter().enumerate() {
             let alike = match before.kind {
                 Kind::Masses => f64::from(u8::from(before.number == mode.number)),
-                _ if is_opposite(before, mode) => 0.5 * likeness(&before.links, &mode.links),
-                _ => likeness(&before.links, &mode.links),
+                _ => alike_in_rate(before, mode) * likeness(&before.links, &mode.links),
             };
             pairs.push((alike, k, place));
         }
@@ -179,6 +186,7 @@ mod tests {
             shares: vec![Share { part, share }],
             rigid_part: 0.0,
             links: Vec::new(),
+            rounding: 0.0,
         }
     }
 
