@@ -25,12 +25,15 @@ pub struct Selection {
 const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
 const MODES: [usize; 4] = [1, 2, 3, 4];
 const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
+/// What links shorten by changes the frequency of a vibration, which over some periods adds up to so many times the part. Of two links with a
+/// mass at the tip, by 0.2 % of their deflection, it came to 1.8 %.
+const PERIODS: f64 = 10.0;
 
 impl Selection {
     /// Families that can compute the scene, the cheaper before the dearer. `modal` has up to three patterns of links that stretch: none,
     /// if one does in the scene; the scene's own; and all, if its loads shorten a link that does not stretch there by so much that it
-    /// matters, or by more than the tolerance `enough` of its deflection. Where loads shorten links by so much, those patterns come first
-    /// in which most stretch.
+    /// matters, or by more than a tenth of the tolerance `enough` of its deflection. Where loads shorten links by the tolerance, those
+    /// patterns come first in which most stretch.
     ///
     /// Where no link bends, there is `rigid`, or else one mesh.
     pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
@@ -72,13 +75,13 @@ impl Selection {
             if own.contains(&true) {
                 stretching.insert(0, vec![false; own.len()]);
             }
-            if shortens(scene, &own, enough) {
+            let shortened = shortened(scene, &own);
+            if shorten(&shortened, enough.map(|enough| enough / PERIODS)) {
                 stretching.push(vec![true; own.len()]);
             }
             // A budget that ends early then leaves out what does not suffice.
-            let must_stretch =
-                if own.contains(&true) { shortens(scene, &vec![false; own.len()], enough) } else { stretching.len() > 1 };
-            if must_stretch {
+            let unstretched = own.contains(&true).then(|| self::shortened(scene, &vec![false; own.len()]));
+            if shorten(unstretched.as_ref().unwrap_or(&shortened), enough) {
                 stretching.reverse();
             }
         }
@@ -95,17 +98,20 @@ impl Selection {
     }
 }
 
-/// Whether loads shorten a link that does not stretch, where those stretch that are `axial`, by so much that it matters, or by more than
-/// the tolerance `enough` of its deflection.
-fn shortens(scene: &Scene, axial: &[bool], enough: Option<f64>) -> bool {
+/// The shortening of links that do not stretch, where those stretch that are `axial`.
+fn shortened(scene: &Scene, axial: &[bool]) -> Vec<Shortening> {
     let mut scene = scene.clone();
     if let System::Chain(chain) = &mut scene.system {
         for (link, axial) in chain.links.iter_mut().zip(axial) {
             (link.rigid, link.axial) = (is_rigid(link), *axial);
         }
     }
-    let counts = |shortened: &Shortening| shortened.matters() || enough.is_some_and(|enough| shortened.exceeds(enough));
-    shortenings(&scene).unwrap_or_default().iter().any(counts)
+    shortenings(&scene).unwrap_or_default()
+}
+
+/// Whether one of them matters, or is more than a part `enough` of the link's deflection.
+fn shorten(shortened: &[Shortening], enough: Option<f64>) -> bool {
+    shortened.iter().any(|link| link.matters() || enough.is_some_and(|enough| link.exceeds(enough)))
 }
 
 /// Leaves out finite elements without a flexible link: `rigid` gives the same for less. If nothing else remains, one mesh does.
@@ -161,7 +167,8 @@ mod tests {
         let [none, all] = [[false; 2], [true; 2]];
         // The rod shortens by a thousandth of its deflection, the crank by half of that.
         assert_eq!(stretching(&stiff, None), [none]);
-        assert_eq!(stretching(&stiff, Some(2e-3)), [none]);
+        assert_eq!(stretching(&stiff, Some(2e-2)), [none]);
+        assert_eq!(stretching(&stiff, Some(2e-3)), [none, all]);
         assert_eq!(stretching(&stiff, Some(8e-4)), [all, none]);
     }
 
