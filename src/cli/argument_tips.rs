@@ -8,54 +8,12 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 
 use super::client_args::file_hint;
-use super::values::{finite, seconds};
+use super::other_names::{MEANINGS, Meaning};
+use super::values::{finite, rpm_hint, seconds};
 use crate::decimal_comma::decimal_comma_hint;
 use crate::nearest::nearest;
 use crate::recording::begins_as_mcap;
 use crate::scene::builtin;
-
-/// An option by the names that other programs have for it.
-struct Meaning {
-    names: &'static [&'static str],
-    /// `None` where no option has the meaning, but something else.
-    option: Option<&'static str>,
-    /// The only command in which the names mean the option; `None` for every command that has it.
-    command: Option<&'static str>,
-    tip: &'static str,
-}
-
-const MEANINGS: [Meaning; 5] = [
-    Meaning {
-        names: &["--duration", "--end", "--time"],
-        option: Some("--until"),
-        command: None,
-        tip: "the option for the end is --until TIME",
-    },
-    Meaning {
-        names: &["--at"],
-        option: Some("--delay"),
-        command: Some("pulse"),
-        tip: "the option for the time until the pulse begins is --delay TIME",
-    },
-    Meaning {
-        names: &["--output", "-o"],
-        option: Some("--record"),
-        command: None,
-        tip: "the option for the recording is --record PATH",
-    },
-    Meaning {
-        names: &["--held", "--free"],
-        option: Some("--crank"),
-        command: None,
-        tip: "the option for the crank is --crank held or --crank free",
-    },
-    Meaning {
-        names: &["--set"],
-        option: None,
-        command: Some("sweep"),
-        tip: "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]",
-    },
-];
 
 /// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, an option by its name
 /// here, an option with two dashes, a decimal point, the commands for a file, or a value in one word.
@@ -103,7 +61,10 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         Kind::ValueValidation => error
             .get(ContextKind::InvalidValue)
             .map(ToString::to_string)
-            .and_then(|value| decimal_comma_hint(&value).or_else(|| file_hint(&value).map(|hint| format!("{value} is {hint}"))))
+            .and_then(|value| {
+                let of_file = || file_hint(&value).map(|hint| format!("{value} is {hint}"));
+                decimal_comma_hint(&value).or_else(|| rpm_hint(&value)).or_else(of_file)
+            })
             .or(dashes),
         _ => None,
     };
@@ -241,6 +202,19 @@ mod tests {
         let mut command = Cli::complete_command();
         let refused = command.try_get_matches_from_mut(&words).err();
         refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn regress_options_by_other_names_and_speeds_in_rpm_lead_to_those_here() {
+        for (line, tip) in [
+            ("run --rate 2", "tip: the option for simulated seconds per second is --pace FACTOR"),
+            ("run --model rigid", "--set solver.model=modal"),
+            ("cycle --rpm 955", "--speed RAD/S: 60 rpm are 6.2832 rad/s"),
+            ("cycle --speed 955rpm", "955rpm are 100.007 rad/s"),
+            ("run --duration 3", "the option for the end is --until TIME"),
+        ] {
+            assert!(refusal(line).contains(tip), "{line}: {}", refusal(line));
+        }
     }
 
     #[test]

@@ -42,6 +42,7 @@ mod mode_sweep;
 mod modes;
 mod npz;
 mod open_files;
+mod other_names;
 mod output;
 mod overlay;
 mod overlay_places;

@@ -1,5 +1,6 @@
 //! Parsers of option values.
 
+use std::f64::consts::PI;
 use std::time::Duration;
 
 use super::aligned_table::figure;
@@ -47,6 +48,12 @@ pub(super) fn split(text: &str) -> Result<Split, String> {
 pub(super) fn spin(text: &str) -> Result<Spin, String> {
     let text = if finite(text).is_some() { format!("{text}s") } else { text.to_owned() };
     text.parse().map_err(|bad: BadSpin| bad.to_string())
+}
+
+/// The speed in rad/s of a value in revolutions a minute, such as `955rpm`.
+pub(super) fn rpm_hint(value: &str) -> Option<String> {
+    let rpm = finite(value.strip_suffix("rpm").or_else(|| value.strip_suffix("1/min"))?.trim_end())?;
+    Some(format!("{value} are {} rad/s", figure(rpm * PI / 30.0)))
 }
 
 /// A time above zero, s.

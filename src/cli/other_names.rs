@@ -1,0 +1,62 @@
+//! Options by the names that other programs have for them.
+
+/// An option by the names that other programs have for it.
+pub(super) struct Meaning {
+    pub names: &'static [&'static str],
+    /// `None` where no option has the meaning, but something else.
+    pub option: Option<&'static str>,
+    /// The only command in which the names mean the option; `None` for every command that has it.
+    pub command: Option<&'static str>,
+    pub tip: &'static str,
+}
+
+pub(super) const MEANINGS: [Meaning; 8] = [
+    Meaning {
+        names: &["--duration", "--end", "--time"],
+        option: Some("--until"),
+        command: None,
+        tip: "the option for the end is --until TIME",
+    },
+    Meaning {
+        names: &["--at"],
+        option: Some("--delay"),
+        command: Some("pulse"),
+        tip: "the option for the time until the pulse begins is --delay TIME",
+    },
+    Meaning {
+        names: &["--output", "-o"],
+        option: Some("--record"),
+        command: None,
+        tip: "the option for the recording is --record PATH",
+    },
+    Meaning {
+        names: &["--held", "--free"],
+        option: Some("--crank"),
+        command: None,
+        tip: "the option for the crank is --crank held or --crank free",
+    },
+    Meaning {
+        names: &["--set"],
+        option: None,
+        command: Some("sweep"),
+        tip: "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]",
+    },
+    Meaning {
+        names: &["--rate", "--speed"],
+        option: Some("--pace"),
+        command: Some("run"),
+        tip: "the option for simulated seconds per second is --pace FACTOR, or --pace max",
+    },
+    Meaning {
+        names: &["--model", "--integrator", "--step"],
+        option: None,
+        command: Some("run"),
+        tip: "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal",
+    },
+    Meaning {
+        names: &["--rpm"],
+        option: Some("--speed"),
+        command: None,
+        tip: "the option for the speed is --speed RAD/S: 60 rpm are 6.2832 rad/s",
+    },
+];
