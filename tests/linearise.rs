@@ -185,6 +185,17 @@ fn regress_a_largest_response_that_is_no_resonance_or_no_small_motion_is_named()
             vec![],
             vec![end("lower"), end("upper"), free.clone(), "1 rad".to_owned()],
         ),
+        // Under a damper, the speed ends at 1/d.
+        (
+            "crank-slider --set base.damper_nm_s_per_rad=0.5 --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
+            vec![],
+            vec![free.clone()],
+        ),
+        (
+            "crank-slider --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
+            vec![format!("  {free}: crank_speed_rad_per_s grows without bound")],
+            vec![],
+        ),
         (
             format!("thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3"),
             vec![format!("  mass_1_m: {}\n", end("upper"))],

@@ -11,6 +11,7 @@ macro_rules! say_reason {
 }
 
 mod acceleration_sampling;
+mod after_step;
 mod aligned_table;
 mod args;
 mod argument_tips;

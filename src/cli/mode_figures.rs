@@ -11,14 +11,14 @@ pub(super) fn percent(part: f64) -> String {
     format!("{:.0} %", 100.0 * part)
 }
 
-/// Part of what holds a motion that is told if rounding may be as much.
+/// Part of an eigenvalue that is told if rounding may change as much.
 const ROUNDED: f64 = 0.02;
 
 /// A remark on a motion that is rounding in part, as of very many short elements.
 pub(super) fn rounded(mode: &ModeReport) -> Option<String> {
     let (name, part) = (&mode.name, percent(mode.rounding));
     let advice = "fewer elements, or solver.model = \"modal\", round less";
-    (mode.rounding > ROUNDED).then(|| format!("  {name}: rounding may be {part} of what holds it: {advice}"))
+    (mode.rounding > ROUNDED).then(|| format!("  {name}: rounding may change it by {part}: {advice}"))
 }
 
 /// Damping in per cent of the critical; of what does not vibrate, its rate.

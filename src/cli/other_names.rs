@@ -42,7 +42,7 @@ pub(super) const MEANINGS: [Meaning; 8] = [
         tip: "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]",
     },
     Meaning {
-        names: &["--rate", "--speed"],
+        names: &["--rate"],
         option: Some("--pace"),
         command: Some("run"),
         tip: "the option for simulated seconds per second is --pace FACTOR, or --pace max",

@@ -204,8 +204,9 @@ impl Chart<'_> {
         if let Some(last) = rows[0].last_mut() {
             *last = format!("|ρ| by {}", self.integrator);
         }
-        let resolved = || found.modes.iter().filter(|mode| mode.is_resolved());
-        for PeriodicMode { mode, multiplier, by_scheme } in resolved().take(self.args.modes()) {
+        let step_s = found.orbit.cycle.step_s();
+        let known = || found.modes.iter().filter(|mode| mode.is_resolved() || mode.is_slow(step_s));
+        for PeriodicMode { mode, multiplier, by_scheme } in known().take(self.args.modes()) {
             rows.push(vec![
                 mode.name(),
                 figure(mode.frequency_hz()),
@@ -222,11 +223,16 @@ impl Chart<'_> {
             let own = figure(1.0 / found.orbit.cycle.period_s);
             writeln!(out, "  Hz are known up to whole multiples of {own} Hz, and up to their sign")?;
         }
-        let faster = found.modes.len() - resolved().count() + found.lost.div_ceil(2);
+        let vague: Vec<String> = known().filter(|mode| !mode.is_resolved()).map(|mode| mode.mode.name()).collect();
+        if !vague.is_empty() {
+            let names = vague.join(", ");
+            writeln!(out, "  {names}: known to no better than ± says with these steps, as where forces have corners")?;
+        }
+        let faster = found.modes.len() - known().count() + found.lost.div_ceil(2);
         if found.is_known() && faster > 0 {
             writeln!(out, "  {} too fast for these steps", are(faster, "more mode"))?;
         }
-        if !found.is_known() {
+        if !found.is_known() && vague.is_empty() {
             let has_errors = found.modes.iter().any(|mode| mode.multiplier.error.is_finite());
             let why = match has_errors || found.lost > 0 {
                 true => format!("{} too fast for these steps; `flexcrank run` shows whether it fades", are(faster, "mode")),

@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexSet;
-use nalgebra::DMatrix;
 
+use super::after_step::{AfterStep, largest};
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
@@ -46,12 +46,6 @@ const UNDAMPED: f64 = 1e-8;
 const SMALL_RAD: f64 = 1.0;
 /// Motion grows by itself where an eigenvalue has more than this part of itself in its positive real part; less is rounding.
 const GROWS: f64 = 1e-6;
-/// Parts of an interval between samples of the step response at its beginning, where fast vibrations are largest.
-const PARTS: usize = 200;
-/// A value between samples is told if it is larger than all of them by this part.
-const MISSED: f64 = 0.01;
-/// Samples of the step response.
-const SAMPLES: usize = 1000;
 /// Modes that decide which frequencies are of interest.
 const MODES: usize = 10;
 /// Without modes, Hz and s.
@@ -95,10 +89,11 @@ struct Responses {
     /// Magnitudes and phases (degrees, unwrapped) of each output.
     magnitudes: Vec<Vec<f64>>,
     phases_deg: Vec<Vec<f64>>,
-    times_s: Vec<f64>,
-    steps: Vec<Vec<f64>>,
-    /// The beginning of the step response, with [`PARTS`] times as many samples.
-    beginnings: Vec<Vec<f64>>,
+    after_step: AfterStep,
+    /// Whether the mechanism moves without a force that brings it back.
+    is_free: bool,
+    /// The outputs that then grow without bound, if the input turns the chain.
+    unbounded: Vec<String>,
     /// Whether an angle, chosen or not, is larger than small motion is, under an input of 1.
     is_beyond_small: bool,
 }
@@ -108,10 +103,10 @@ pub(super) fn response(args: &Args) -> CommandResult {
     must_be_targets(&args.linear.subject.target, &targets)?;
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
-    let responses = args.respond(&linear, &natural_hz(&found))?;
+    let responses = args.respond(&linear, &found)?;
     linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
-    let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats(is_free(&found)));
+    let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats());
     let remarks = found.iter().filter_map(|mode| rounded(&mode.into()));
     let shown = shown.and_then(|()| remarks.into_iter().try_for_each(|remark| Ok(writeln!(output(), "{remark}")?)));
     // All that can be written is, though an earlier part of it, or printing, fails.
@@ -135,11 +130,6 @@ fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
     vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
 }
 
-/// Whether the mechanism moves without a force that brings it back.
-fn is_free(found: &[Mode]) -> bool {
-    found.iter().any(|mode| mode.eigenvalue.norm() == 0.0)
-}
-
 /// The largest rate at which motion grows by itself, 1/s.
 fn growth_per_s(found: &[Mode]) -> Option<f64> {
     let growing = found.iter().filter(|mode| mode.eigenvalue.re > GROWS * mode.eigenvalue.norm());
@@ -147,8 +137,8 @@ fn growth_per_s(found: &[Mode]) -> Option<f64> {
 }
 
 impl Args {
-    fn respond(&self, linear: &Linear, natural: &[[f64; 2]]) -> CommandResult<Responses> {
-        let space = &linear.space;
+    fn respond(&self, linear: &Linear, found: &[Mode]) -> CommandResult<Responses> {
+        let (space, natural) = (&linear.space, natural_hz(found));
         let input = match &self.input {
             Some(name) => place(name, &space.inputs, "input")?,
             None if space.inputs.is_empty() => {
@@ -162,7 +152,7 @@ impl Args {
         };
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
         let mut largest_rad = 0.0_f64;
-        let frequencies_hz = self.frequencies_hz(natural)?;
+        let frequencies_hz = self.frequencies_hz(&natural)?;
         let (mut magnitudes, mut phases_deg) = (vec![Vec::new(); outputs.len()], vec![Vec::new(); outputs.len()]);
         let progress = bar(frequencies_hz.len() as u64, "{wide_bar} {pos}/{len} frequencies{left}");
         for frequency_hz in &frequencies_hz {
@@ -181,22 +171,22 @@ impl Args {
         phases_deg.iter_mut().zip(&magnitudes).for_each(|(phases, magnitudes)| unwrap(phases, magnitudes));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
-        let step_s = until_s / SAMPLES as f64;
-        let [after_step, beginning] =
-            [step_s, step_s / PARTS as f64].map(|step_s| space.step_response(input, step_s, SAMPLES + 1));
-        let (after_step, beginning) = (after_step?, beginning?);
-        let after_rad = angles.iter().map(|angle| after_step.row(*angle).amax());
+        let mut after_step = AfterStep::new(space, input, &[&outputs[..], &angles].concat(), until_s)?;
+        after_step.samples.truncate(outputs.len());
+        let after_rad = after_step.peaks.drain(outputs.len()..).map(|(_, peak)| peak.abs());
         let is_beyond_small = after_rad.fold(largest_rad, f64::max) > SMALL_RAD;
-        let rows = |of: &DMatrix<f64>| outputs.iter().map(|output| of.row(*output).iter().copied().collect()).collect();
+        let free: Vec<&Mode> = found.iter().filter(|mode| mode.eigenvalue.norm() == 0.0).collect();
+        let is_unbounded = |output: &&usize| free.iter().any(|mode| space.grows_without_bound(**output, mode));
+        let unbounded = outputs.iter().filter(is_unbounded).map(|output| space.outputs[*output].clone()).collect();
         Ok(Responses {
+            is_free: !free.is_empty(),
+            unbounded,
             input: space.inputs[input].clone(),
             outputs: outputs.iter().map(|output| space.outputs[*output].clone()).collect(),
             frequencies_hz,
             magnitudes,
             phases_deg,
-            times_s: (0..=SAMPLES).map(|sample| step_s * sample as f64).collect(),
-            steps: rows(&after_step),
-            beginnings: rows(&beginning),
+            after_step,
             is_beyond_small,
         })
     }
@@ -252,47 +242,38 @@ impl Responses {
             vec![["output", "largest", "at Hz", "phase", "step: largest", "at s", "at its end"].map(str::to_owned).to_vec()];
         for (k, name) in self.outputs.iter().enumerate() {
             let (at, peak) = largest(&self.magnitudes[k]);
-            let (step_at_s, step) = self.missed(k).unwrap_or_else(|| {
-                let (at, value) = largest(&self.steps[k]);
-                (self.times_s[at], value)
-            });
+            let (step_at_s, step) = self.after_step.peaks[k];
             let phase = format!("{}°", within_half_a_turn(self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN)));
-            let end = self.steps[k].last().copied().unwrap_or(f64::NAN);
+            let end = self.after_step.samples[k].last().copied().unwrap_or(f64::NAN);
             let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
         }
         Ok(print(&rows, 1)?)
     }
 
-    /// Time, s, and size of an output's largest value where that is between the samples of its step response, at the beginning.
-    fn missed(&self, output: usize) -> Option<(f64, f64)> {
-        let (at, value) = largest(&self.beginnings[output]);
-        let interval_s = self.times_s.get(1)? / PARTS as f64;
-        (value.abs() > (1.0 + MISSED) * largest(&self.steps[output]).1.abs()).then_some((interval_s * at as f64, value))
-    }
-
     /// Prints which of the largest values are no resonance, or between samples, and whether they are beyond small motion.
-    fn show_caveats(&self, is_free: bool) -> CommandResult<()> {
+    fn show_caveats(&self) -> CommandResult<()> {
         let mut out = output();
-        let missed = (0..self.outputs.len()).filter(|output| self.missed(*output).is_some());
-        let missed: Vec<&str> = missed.map(|output| self.outputs[output].as_str()).collect();
-        if let (false, Some(interval_s)) = (missed.is_empty(), self.times_s.get(1)) {
-            let until_s = figure(interval_s * (SAMPLES / PARTS) as f64);
-            let (names, interval) = (missed.join(", "), figure(*interval_s));
-            writeln!(out, "  {names}: largest between samples, which are {interval} s apart: `--until {until_s}` shows it")?;
-        }
+        self.show_missed()?;
         for (end, place) in [("lower", 0), ("upper", self.frequencies_hz.len().saturating_sub(1))] {
             let names = self.largest_at(place).join(", ");
             if !names.is_empty() {
                 writeln!(out, "  {names}: largest at the {end} end of the range, which is no resonance")?;
             }
         }
+        let is_unbounded = !self.unbounded.is_empty() && self.after_step.ends_largest();
+        let names = self.unbounded.join(", ");
+        let grow = if self.unbounded.len() == 1 { "grows" } else { "grow" };
         // Of what nothing holds, angles always grow beyond it.
-        let has_angle = self.outputs.iter().any(|name| name.ends_with("_rad"));
-        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small && (has_angle || !is_free)) {
-            (true, true) => "no stiffness holds the mechanism: its response grows without bound, beyond small motion (1 rad)",
-            (true, false) => "no stiffness holds the mechanism: its response grows without bound towards 0 Hz and after a step",
-            (false, true) => "angles over 1 rad are beyond small motion: the response holds for smaller inputs",
+        let has_angle = !self.is_free || self.outputs.iter().any(|name| name.ends_with("_rad"));
+        let sentence = match (is_unbounded, self.is_beyond_small && has_angle) {
+            (true, true) => {
+                format!("no stiffness holds the mechanism: {names} {grow} without bound, beyond small motion (1 rad)")
+            }
+            (true, false) => {
+                format!("no stiffness holds the mechanism: {names} {grow} without bound towards 0 Hz and after a step")
+            }
+            (false, true) => format!("angles over 1 rad are beyond small motion: the response holds for smaller inputs"),
             (false, false) => return Ok(()),
         };
         Ok(writeln!(out, "  {sentence}")?)
@@ -308,9 +289,15 @@ impl Responses {
         outputs.filter(|(_, magnitudes)| is_there(magnitudes)).map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Whether an output is largest at the end of the step response.
-    fn ends_largest(&self) -> bool {
-        self.steps.iter().any(|step| largest(step).0 + 1 == step.len())
+    /// Prints which of the largest values after the step are between samples, of which tables and pictures are made.
+    fn show_missed(&self) -> CommandResult<()> {
+        let missed = self.outputs.iter().enumerate().filter_map(|(k, name)| Some((name.as_str(), self.after_step.missed_s(k)?)));
+        let (names, missed_s): (Vec<&str>, Vec<f64>) = missed.unzip();
+        let Some(interval_s) = self.after_step.times_s.get(1).filter(|_| !names.is_empty()) else { return Ok(()) };
+        let (names, interval) = (names.join(", "), figure(*interval_s));
+        let until = self.after_step.until_s(&missed_s).map(|until_s| format!(": `--until {}` shows it", figure(until_s)));
+        let until = until.unwrap_or_default();
+        Ok(writeln!(output(), "  {names}: largest between samples, which are {interval} s apart{until}")?)
     }
 
     fn draw(&self, folder: &Path, title: &str) -> CommandResult<()> {
@@ -330,8 +317,8 @@ impl Responses {
 
     fn over_time(&self) -> Table {
         let mut table = Table::default();
-        table.push("time_s", self.times_s.clone());
-        self.outputs.iter().zip(&self.steps).for_each(|(name, step)| table.push(name, step.clone()));
+        table.push("time_s", self.after_step.times_s.clone());
+        self.outputs.iter().zip(&self.after_step.samples).for_each(|(name, step)| table.push(name, step.clone()));
         table
     }
 
@@ -374,10 +361,4 @@ fn of_one<'a>(quantity: &str, mut outputs: impl Iterator<Item = &'a Axis>) -> St
         (Some(only), None) => format!("{quantity} of {}", only.label),
         _ => quantity.to_owned(),
     }
-}
-
-/// First place and value of the finite number largest in magnitude.
-fn largest(values: &[f64]) -> (usize, f64) {
-    let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
-    finite.reduce(|most, next| if next.1.abs() > most.1.abs() { next } else { most }).unwrap_or((0, f64::NAN))
 }

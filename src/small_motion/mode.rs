@@ -9,7 +9,7 @@ use super::band::Band;
 use super::linearised::Linearised;
 use super::parts::{Part, Parts};
 use super::point::Point;
-use super::rounding::rounding;
+use super::rounding::{part_by, rounding};
 use super::shape::{Figure, LinkShape, deformed_part};
 use super::spectrum::lowest;
 use super::subject::Subject;
@@ -74,7 +74,7 @@ pub struct Mode {
     pub rigid_part: f64,
     /// φ on the links' nodes; none of an oscillator.
     pub links: Vec<LinkShape>,
-    /// The part, 0 to 1, that rounding may have in what holds the motion; 0 where nothing does.
+    /// The part of λ, 0 to 1, that rounding of the stiffness may change; 0 of free motion.
     pub rounding: f64,
 }
 
@@ -269,7 +269,8 @@ impl Identifier {
         let shares = energies.into_iter().filter(|_| whole > 0.0 && eigenvalue.norm() > 0.0);
         let shares = shares.map(|(part, energy)| Share { part, share: energy / whole }).collect();
         let is_free = eigenvalue.norm() == 0.0;
-        let rounding = if is_free { 0.0 } else { rounding(&self.system, eigenvalue, &shape).min(1.0) };
+        let rounding =
+            if is_free { 0.0 } else { part_by(&self.system, eigenvalue, &shape, rounding(&self.system, &shape)).min(1.0) };
         Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links, rounding }
     }
 }

@@ -23,6 +23,8 @@ const DOUBLED: f64 = 3.0;
 const PHASE_RAD: f64 = 0.5;
 /// Least likeness of a free crank's own motion to the velocities, 0 to 1.
 const ALIKE: f64 = 0.5;
+/// A motion that changes by less than this part of itself in a step is slow beside steps.
+const SLOW: f64 = 0.1;
 /// Part of the ratio of velocities and displacements from which on their quotient tells the frequency.
 const TELLING: f64 = 0.5;
 /// Turns per vibration beyond which no whole number of turns is told from the next.
@@ -216,6 +218,11 @@ impl PeriodicMode {
     /// Whether the steps resolve it: its error is small beside it.
     pub fn is_resolved(&self) -> bool {
         self.multiplier.is_resolved()
+    }
+
+    /// Whether it is slow beside steps of this size, and its error is known, however large.
+    pub fn is_slow(&self, step_s: f64) -> bool {
+        self.mode.eigenvalue.norm() * step_s < SLOW && self.multiplier.error.is_finite()
     }
 }
 

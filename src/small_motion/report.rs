@@ -20,7 +20,7 @@ pub struct ModeReport {
     pub rigid_part: f64,
     /// Parts of the mechanism with their shares of the strain energy, the largest first.
     pub strain: Vec<(String, f64)>,
-    /// The part that rounding may have in what holds the motion, 0 to 1.
+    /// The part of λ that rounding of the stiffness may change, 0 to 1.
     #[serde(default)]
     pub rounding: f64,
 }

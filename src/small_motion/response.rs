@@ -7,7 +7,14 @@ use nalgebra::{Complex, DMatrix, DMatrixView, DVector};
 use super::NoModes;
 use super::band::Band;
 use super::linearised::Linearised;
+use super::mode::Mode;
+use super::rounding::damping;
 use super::state_space::{Equations, StateSpace};
+
+/// Part of a row times the largest coordinate from which the row's product with a shape is not taken for rounding.
+const SIGNIFICANT: f64 = 1e-7;
+/// A decay slower than this, 1/s, is rounding.
+const CREEPS_PER_S: f64 = 1e-8;
 
 impl StateSpace {
     /// `G(iω)` of one input, for all outputs; in discrete time `e^(iωh)` stands for `iω`:
@@ -44,17 +51,55 @@ impl StateSpace {
         Some(DMatrix::from_iterator(2 * q.len(), 1, q.iter().copied().chain(v)))
     }
 
-    /// The outputs at `count` samples from 0 on, `step_s` apart, after one input has gone from 0 to 1: one column a sample, exact.
+    /// Whether an output grows without bound after a step of an input that turns the chain, and towards 0 Hz, by a free motion of the
+    /// mechanism: what turns with it, and without a damper also what follows its speed.
+    pub fn grows_without_bound(&self, output: usize, free: &Mode) -> bool {
+        let (n, largest) = (free.shape.len(), free.shape.camax());
+        let along = |first: usize| {
+            let row = self.c.view((output, first), (1, n));
+            let sum: Complex<f64> = row.iter().zip(free.shape.iter()).map(|(c, x)| x * *c).sum();
+            sum.norm() > SIGNIFICANT * largest * row.iter().map(|c| c.abs()).sum::<f64>()
+        };
+        let is_damped = || damping(&self.equations.system, &free.shape).norm() > CREEPS_PER_S;
+        along(0) || along(n) && !is_damped()
+    }
+
+    /// The outputs of a system in discrete time at `count` samples from 0 on, after one input has gone from 0 to 1: one column a sample, exact.
     ///
     /// # Errors
     /// [`NoModes::NotFound`] where the motion grows beyond all numbers.
-    pub fn step_response(&self, input: usize, step_s: f64, count: usize) -> Result<DMatrix<f64>, NoModes> {
-        let sampled = self.zero_order_hold(step_s)?;
-        let mut x = DVector::zeros(self.a.nrows());
+    pub fn step_response(&self, input: usize, count: usize) -> Result<DMatrix<f64>, NoModes> {
+        self.stepped(DVector::zeros(self.a.nrows()), input, count)
+    }
+
+    /// The same within intervals between samples, each given by the number of the sample before it, in increasing order: at the samples of
+    /// `finer`, the same system with `parts` steps to one of this. Each with the samples at both ends.
+    ///
+    /// # Errors
+    /// [`NoModes::NotFound`] where the motion grows beyond all numbers.
+    pub fn step_response_within(
+        &self,
+        (finer, parts): (&StateSpace, usize),
+        input: usize,
+        intervals: &[usize],
+    ) -> Result<Vec<DMatrix<f64>>, NoModes> {
+        let (mut x, mut sample) = (DVector::zeros(self.a.nrows()), 0);
+        let mut within = |interval: &usize| {
+            while sample < *interval {
+                x = &self.a * &x + self.b.column(input);
+                sample += 1;
+            }
+            finer.stepped(x.clone(), input, parts + 1)
+        };
+        intervals.iter().map(&mut within).collect()
+    }
+
+    /// The outputs at `count` samples from a state on, with one input at 1.
+    fn stepped(&self, mut x: DVector<f64>, input: usize, count: usize) -> Result<DMatrix<f64>, NoModes> {
         let mut response = DMatrix::zeros(self.c.nrows(), count);
         for mut sample in response.column_iter_mut() {
-            sample.copy_from(&(&sampled.c * &x + sampled.d.column(input)));
-            x = &sampled.a * x + sampled.b.column(input);
+            sample.copy_from(&(&self.c * &x + self.d.column(input)));
+            x = &self.a * x + self.b.column(input);
         }
         if response.iter().all(|entry| entry.is_finite()) { Ok(response) } else { Err(NoModes::NotFound) }
     }

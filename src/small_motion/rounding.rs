@@ -7,9 +7,23 @@ use super::linearised::Linearised;
 /// What holds a motion is rounding if it is below this many times what rounding may be.
 const ROUNDED: f64 = 4.0;
 
-/// Whether what holds a motion is rounding. The decay of free motion under a damper, `λ = −φᴴ D φ`, is none.
+/// Whether what holds a motion, `φᴴ K φ = −λ (λ + φᴴ D φ)`, is rounding. The decay of free motion under a damper, `λ = −φᴴ D φ`, is none.
 pub(super) fn is_rounding(system: &Linearised, value: Complex<f64>, vector: &DVector<Complex<f64>>) -> bool {
-    value.norm() < 2.0 * (value + damping(system, vector)).norm() && rounding(system, value, vector) > 1.0 / ROUNDED
+    let [one, other] = [value.norm(), (value + damping(system, vector)).norm()];
+    one < 2.0 * other && one * other < ROUNDED * rounding(system, vector)
+}
+
+/// The part of an eigenvalue that changes with a small change of the stiffness `k = φᴴ K φ` that holds its motion. From
+/// `λ² + λ d + k = 0` with `d = φᴴ D φ`,
+///
+/// ```text
+/// δλ = −δk/(2λ + d)
+/// ```
+///
+/// and where that has no root but a double one, `√δk`.
+pub(super) fn part_by(system: &Linearised, value: Complex<f64>, vector: &DVector<Complex<f64>>, change: f64) -> f64 {
+    let split = (2.0 * value + damping(system, vector)).norm();
+    (change / split).min(change.sqrt()) / value.norm()
 }
 
 /// `φᴴ D φ`.
@@ -17,11 +31,11 @@ pub(super) fn damping(system: &Linearised, vector: &DVector<Complex<f64>>) -> Co
     system.damping.iter().map(|(i, j, entry)| vector[i].conj() * vector[j] * entry).sum()
 }
 
-/// The part that rounding may have in the stiffness that holds a motion, `φᴴ K φ = −λ (λ + φᴴ D φ)`.
+/// What rounding may be of `φᴴ K φ`.
 ///
 /// Beside the terms of that product, tension is rounded: where strain is by as much as one unit is, a stretched element has a part of its
 /// stiffness across. So each coordinate counts with the largest stiffness of itself and the two beside it, too.
-pub(super) fn rounding(system: &Linearised, value: Complex<f64>, vector: &DVector<Complex<f64>>) -> f64 {
+pub(super) fn rounding(system: &Linearised, vector: &DVector<Complex<f64>>) -> f64 {
     let size: Vec<f64> = vector.iter().map(|x| x.norm()).collect();
     let (mut terms, mut stiffness) = (0.0, vec![0.0; size.len()]);
     for (i, j, entry) in system.stiffness.iter() {
@@ -34,7 +48,7 @@ pub(super) fn rounding(system: &Linearised, value: Complex<f64>, vector: &DVecto
         let beside = &stiffness[i.saturating_sub(1)..(i + 2).min(stiffness.len())];
         terms += size.powi(2) * beside.iter().copied().fold(0.0, f64::max);
     }
-    f64::EPSILON * terms / (value * (value + damping(system, vector))).norm()
+    f64::EPSILON * terms
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::linearised::{Linearised, rotation};
 use super::mode::Mode;
 use super::outputs::{Outputs, Rows};
 use super::point::Point;
-use super::rounding::damping;
+use super::rounding::part_by;
 use super::subject::Subject;
 
 /// Small motion about a point, with deviations of the states x, inputs u and outputs y from their values there:
@@ -113,10 +113,10 @@ impl StateSpace {
         map.complex_eigenvalues().iter().copied().collect()
     }
 
-    /// The part that rounding of `M⁻¹K` in A may have in what holds a mode, `φᴴ K φ = −λ (λ + φᴴ D φ)`. With `φᴴ M φ = 1`,
+    /// The part of a mode's λ that rounding of `M⁻¹K` in A may change, by what it is of the mode's stiffness. With `φᴴ M φ = 1`,
     ///
     /// ```text
-    /// ε Σᵢⱼ |Mφ|ᵢ |M⁻¹K|ᵢⱼ |φ|ⱼ / |λ (λ + φᴴ D φ)|
+    /// ε Σᵢⱼ |Mφ|ᵢ |M⁻¹K|ᵢⱼ |φ|ⱼ
     /// ```
     ///
     /// Infinite of free motion, and meaningless with a step.
@@ -127,8 +127,7 @@ impl StateSpace {
         let n = momentum.len();
         let of_row = |i: usize| -> f64 { (0..n).map(|j| self.a[(n + i, j)].abs() * mode.shape[j].norm()).sum() };
         let terms: f64 = momentum.iter().enumerate().map(|(i, momentum)| momentum * of_row(i)).sum();
-        let held = mode.eigenvalue * (mode.eigenvalue + damping(&self.equations.system, &mode.shape));
-        f64::EPSILON * terms / held.norm()
+        part_by(&self.equations.system, mode.eigenvalue, &mode.shape, f64::EPSILON * terms)
     }
 
     /// Eigenvalues of A in order of magnitude.
