@@ -273,7 +273,7 @@ impl Responses {
             (true, false) => {
                 format!("no stiffness holds the mechanism: {names} {grow} without bound towards 0 Hz and after a step")
             }
-            (false, true) => format!("angles over 1 rad are beyond small motion: the response holds for smaller inputs"),
+            (false, true) => "angles over 1 rad are beyond small motion: the response holds for smaller inputs".to_owned(),
             (false, false) => return Ok(()),
         };
         Ok(writeln!(out, "  {sentence}")?)
