@@ -39,7 +39,7 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
     let joined = in_one_word(&given, innermost, words);
     let meaning = if error.kind() == Kind::UnknownArgument { other_name_tip(&given, innermost, words) } else { None };
     let suggested = error.get(ContextKind::SuggestedArg).map(ToString::to_string);
-    if meaning.is_some() || suggested.is_some_and(|option| leads_nowhere(&option, innermost, words)) {
+    if meaning.is_some() || suggested.is_some_and(|option| leads_nowhere(&given, &option, innermost, words)) {
         // clap also shows the usage of what it suggests.
         error.remove(ContextKind::SuggestedArg);
         error.insert(ContextKind::Usage, ContextValue::StyledStr(innermost.clone().render_usage()));
@@ -84,17 +84,19 @@ fn other_name_tip(name: &str, command: &clap::Command, words: &[OsString]) -> Op
     let has = |option: &str| command.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--"));
     let is_meant = |meaning: &&Meaning| {
         let is_here = meaning.command.is_none_or(|only| only == command.get_name());
-        let is_open = |option: &str| has(option) && !is_given(option, words);
+        let is_open = |option: &str| has(option) && (option == "--set" || !is_given(option, words));
         meaning.names.contains(&name) && is_here && meaning.option.is_none_or(is_open)
     };
     MEANINGS.iter().find(is_meant).map(|meaning| meaning.tip)
 }
 
-/// Whether an option that clap suggests is hidden, or is given already and stands only once.
-fn leads_nowhere(option: &str, command: &clap::Command, words: &[OsString]) -> bool {
+/// Whether an option that clap suggests is far from the one given, is hidden, or is given already and stands only once.
+fn leads_nowhere(given: &str, option: &str, command: &clap::Command, words: &[OsString]) -> bool {
     let suggested = command.get_arguments().find(|arg| arg.get_long() == option.strip_prefix("--"));
     let stands_once = |arg: &clap::Arg| !matches!(arg.get_action(), ArgAction::Append | ArgAction::Count);
-    suggested.is_some_and(|arg| arg.is_hide_set() || stands_once(arg) && is_given(option, words))
+    let name = |option: &str| option.split('=').next().unwrap_or_default().trim_start_matches('-').to_owned();
+    let is_far = nearest(&name(given), [name(option).as_str()]).is_none();
+    suggested.is_some_and(|arg| is_far || arg.is_hide_set() || stands_once(arg) && is_given(option, words))
 }
 
 /// Whether an option is among the words, by itself or with its value: `--until=3`.
@@ -209,6 +211,8 @@ mod tests {
         for (line, tip) in [
             ("run --rate 2", "tip: the option for simulated seconds per second is --pace FACTOR"),
             ("run --model rigid", "--set solver.model=modal"),
+            ("run --no-bus --torque 0.8", "--set solver.model=modal"),
+            ("check --set rod.modes=2 --elements 8", "--set solver.model=modal"),
             ("cycle --rpm 955", "--speed RAD/S: 60 rpm are 6.2832 rad/s"),
             ("cycle --speed 955rpm", "955rpm are 100.007 rad/s"),
             ("run --duration 3", "the option for the end is --until TIME"),

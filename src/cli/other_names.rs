@@ -48,9 +48,9 @@ pub(super) const MEANINGS: [Meaning; 8] = [
         tip: "the option for simulated seconds per second is --pace FACTOR, or --pace max",
     },
     Meaning {
-        names: &["--model", "--integrator", "--step"],
-        option: None,
-        command: Some("run"),
+        names: &["--model", "--integrator", "--step", "--solver", "--elements", "--modes", "--torque"],
+        option: Some("--set"),
+        command: None,
         tip: "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal",
     },
     Meaning {
