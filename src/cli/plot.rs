@@ -228,7 +228,7 @@ fn sole_picture<'a>(args: &Args, entries: &'a [Entry]) -> CommandResult<(&'a Ent
             (true, _) if args.animation.is_some() => "give one recording",
             (true, _) => "choose one figure with --y",
             (false, false) => "lay the files over one another with --overlay",
-            (false, true) => "choose one horizontal axis with --x",
+            (false, true) => "choose one horizontal axis with --x, a column that all files have",
         };
         return Err(refused(format!("{name} would hold {count} figures: name a folder with -o, or {one}")));
     };

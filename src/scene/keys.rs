@@ -166,8 +166,8 @@ const DRIVE_TABLE: Form = Form {
     form: "list of `[time_s, angle_rad]`",
     unit: "s, rad",
     range: "two rows or more; times ascending",
-    meaning: "angle over time by a natural cubic spline, instead of `[start]`; before the first and after the last row, the rate \
-              there continues",
+    meaning: "angle over time by a cubic spline, instead of `[start]`, natural at its ends, but at rest at an end whose two rows \
+              have one angle; before the first and after the last row, the rate there continues",
 };
 pub(super) const RAMP_TO: Number = number("to_rad_per_s", "rad/s", [-1e6, 1e6], Required, "final speed");
 pub(super) const RAMP_OVER: Number = number("over_s", "s", [1e-9, 1e9], Required, "duration of the change");

@@ -62,7 +62,7 @@ enum MotionLaw {
         to: f64,
         over_s: f64,
     },
-    /// Rows `(time, angle, second derivative)` of a natural cubic spline.
+    /// Rows `(time, angle, second derivative)` of a cubic spline.
     Spline(Vec<[f64; 3]>),
 }
 
@@ -126,7 +126,7 @@ impl MotionLaw {
                 MotionLaw::Speed { origin: MotionOrigin { time_s: 0.0, angle_rad: start_rad }, speed: *speed, start_rad }
             }
             Motion::Ramp { to_rad_per_s, over_s } => MotionLaw::Ramp { start_rad, from, to: *to_rad_per_s, over_s: *over_s },
-            Motion::Table(rows) => MotionLaw::Spline(natural_spline(rows)),
+            Motion::Table(rows) => MotionLaw::Spline(cubic_spline(rows)),
         }
     }
 
@@ -147,12 +147,15 @@ impl MotionLaw {
     }
 }
 
-/// Second derivatives of the natural cubic spline through `(x, y)` rows, by the tridiagonal system
-/// `h₀ m₀ + 2 (h₀ + h₁) m₁ + h₁ m₂ = 6 (slope₁ − slope₀)` with zero at both ends.
-fn natural_spline(rows: &[[f64; 2]]) -> Vec<[f64; 3]> {
+/// Second derivatives of the cubic spline through `(x, y)` rows, by the tridiagonal system
+/// `h₀ m₀ + 2 (h₀ + h₁) m₁ + h₁ m₂ = 6 (slope₁ − slope₀)`. It is natural, with zero at its ends, but at an end whose two rows have one y: there
+/// its slope is 0, which `2 m₀ + m₁ = 0` says.
+fn cubic_spline(rows: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let n = rows.len();
     let mut spline: Vec<[f64; 3]> = rows.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
     let mut upper = vec![0.0; n];
+    let rests = |one: usize, other: usize| rows[one][1] == rows[other][1];
+    upper[0] = if rests(0, 1) { 0.5 } else { 0.0 };
     for i in 1..n.saturating_sub(1) {
         let (h0, h1) = (rows[i][0] - rows[i - 1][0], rows[i + 1][0] - rows[i][0]);
         let bend = 6.0 * ((rows[i + 1][1] - rows[i][1]) / h1 - (rows[i][1] - rows[i - 1][1]) / h0);
@@ -160,7 +163,10 @@ fn natural_spline(rows: &[[f64; 2]]) -> Vec<[f64; 3]> {
         upper[i] = h1 / pivot;
         spline[i][2] = (bend - h0 * spline[i - 1][2]) / pivot;
     }
-    for i in (1..n.saturating_sub(1)).rev() {
+    if rests(n - 2, n - 1) {
+        spline[n - 1][2] = -spline[n - 2][2] / (2.0 - upper[n - 2]);
+    }
+    for i in (0..n - 1).rev() {
         spline[i][2] -= upper[i] * spline[i + 1][2];
     }
     spline
@@ -191,6 +197,7 @@ mod tests {
             Motion::Speed(5.0),
             Motion::Ramp { to_rad_per_s: -7.0, over_s: 0.8 },
             Motion::Table(vec![[0.0, 0.3], [0.4, 1.0], [0.9, 0.2], [1.5, 2.0]]),
+            Motion::Table(vec![[0.0, 0.3], [0.2, 0.3], [0.9, 0.2], [1.3, 2.0], [1.5, 2.0]]),
         ];
         let h = 1e-4;
         for motion in motions {
@@ -204,5 +211,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Such a table ended at a tenth of its speed, backwards.
+    #[test]
+    fn regress_a_table_rests_at_an_end_whose_rows_have_one_angle() {
+        let rows = |table: &[[f64; 2]]| MotionLaw::new(&Motion::Table(table.to_vec()), &Start::default());
+        let law = rows(&[[0.0, 1.0], [0.02, 1.0], [0.12, 4.0], [0.22, 7.0], [0.24, 7.0]]);
+        for (t_s, angle_rad) in [(-1.0, 1.0), (0.0, 1.0), (0.24, 7.0), (9.0, 7.0)] {
+            let [angle, rate, _] = law.at(t_s);
+            assert!((angle - angle_rad).abs() < 1e-12 && rate.abs() < 1e-12, "{t_s} s: {angle} rad, {rate} rad/s");
+        }
+        for (t_s, angle_rad) in [(0.02, 1.0), (0.12, 4.0), (0.22, 7.0)] {
+            assert!((law.at(t_s)[0] - angle_rad).abs() < 1e-12, "{t_s} s");
+            let [before, after] = [-1e-9, 1e-9].map(|off| law.at(t_s + off)[2]);
+            assert!((before - after).abs() < 1e-3, "{t_s} s: {before} and {after} rad/s²");
+        }
+        // A natural end keeps its rate, which follows from the two intervals before it.
+        let [.., rate, _] = rows(&[[0.25, 1.0], [0.75, 1.0], [1.25, 9.0]]).at(2.0);
+        assert!((rate - 144.0 / 7.0).abs() < 1e-12, "{rate}");
+        assert_eq!(rows(&[[0.0, 2.0], [1.0, 2.0]]).at(0.3), [2.0, 0.0, 0.0]);
     }
 }

@@ -157,14 +157,15 @@ mod tests {
 
     type Tested = Result<(), Box<dyn std::error::Error>>;
 
-    /// A natural spline over two equal intervals of mean rates a and b ends at the rate b + (b − a)/4. Where that is 0, the turn
+    /// A natural spline over two equal intervals of mean rates a and b ends at the rate b + (b − a)/4, one that begins at rest otherwise. Where that is 0, the turn
     /// takes the mean rate of the table; where that is 0, too, 1 rad/s.
     #[test]
     fn regress_the_turn_has_the_rate_at_which_a_table_goes_on() -> Tested {
         for (rows, rate) in [
             ("[[0, 0], [2, -6]]", -3.0),
             ("[[0, 0], [0.5, 2], [1, 3]]", 1.5),
-            ("[[0.25, 1], [0.75, 1], [1.25, 9]]", 20.0),
+            ("[[0.25, 1], [0.75, 1], [1.25, 9]]", 144.0 / 7.0),
+            ("[[0, 0], [0.1, 3], [0.2, 6], [0.3, 6]]", 20.0),
             ("[[0, 0], [1, 5], [2, 6]]", 3.0),
             ("[[0, 0], [0.1, 0.5], [0.2, 0.6]]", 3.0),
             ("[[0, 0], [2, 0]]", 1.0),

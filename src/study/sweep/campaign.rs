@@ -70,7 +70,7 @@ impl Campaign {
         let mut base = SceneSource::open(&spec.scene, &spec.set)
             .map_err(|refused| SpecError::new(origin, refusal_of_all(&spec, &refused)))?;
         if !spec.pulses.is_empty() {
-            let origin = format!("{} with the pulses of {origin}", spec.scene);
+            let origin = format!("pulses of {origin} in {}", spec.scene);
             base = SceneSource::parse(&origin, &format!("{}\n{}", base.text, spec.pulses), &[])?;
         }
         let shared = Sha256::new()
