@@ -42,7 +42,7 @@ pub enum ResimulationError {
     #[error("{}: the recording has no checkpoint to resume from", .0.display())]
     NothingToResume(PathBuf),
     /// The recording does not cover the instant.
-    #[error("{}: t = {at_s} s is not in the recording{}", path.display(), outside(*at_s, *last_s))]
+    #[error("{}: {}", path.display(), outside(*at_s, *last_s))]
     Outside {
         /// The recording.
         path: PathBuf,
@@ -106,9 +106,18 @@ impl ResimulationError {
     }
 }
 
+/// Instants that are nearer to each other than this are one, s.
+const SAME_S: f64 = 1e-6;
+
+/// Why a recording does not cover an instant.
 fn outside(at_s: f64, last_s: Option<f64>) -> String {
     match last_s {
-        Some(last_s) if at_s >= last_s => format!(", which ends at {last_s:.3} s: choose an earlier instant"),
-        _ => ", or is lost to damage".to_owned(),
+        Some(last_s) if (at_s - last_s).abs() < SAME_S => {
+            format!("nothing is recorded after t = {at_s} s: choose an earlier instant")
+        }
+        Some(last_s) if at_s > last_s => {
+            format!("t = {at_s} s is not in the recording, which ends at {last_s:.3} s: choose an earlier instant")
+        }
+        _ => format!("t = {at_s} s is not in the recording, or is lost to damage"),
     }
 }

@@ -74,7 +74,7 @@ pub struct Mode {
     pub rigid_part: f64,
     /// φ on the links' nodes; none of an oscillator.
     pub links: Vec<LinkShape>,
-    /// The part of λ, 0 to 1, that rounding of the stiffness may change; 0 of free motion.
+    /// The part of λ, 0 to 1, that rounding of the stiffness of finite elements may change; 0 of free motion and of other models.
     pub rounding: f64,
 }
 
@@ -162,6 +162,8 @@ pub(super) struct Identifier {
     /// Axial forces of the links' elements, N, where the energy of stretching has their work among it.
     axial_n: Vec<Vec<f64>>,
     oscillates: bool,
+    /// Whether its coordinates are those of finite elements, in which turning has none of its own.
+    is_meshed: bool,
 }
 
 /// The strain of a shape.
@@ -191,6 +193,7 @@ impl Identifier {
             figure,
             axial_n,
             oscillates: subject.is_oscillator(),
+            is_meshed: subject.stretching_has_tension(),
             point: point.clone(),
             mechanism,
             system,
@@ -268,9 +271,9 @@ impl Identifier {
         // Free motion strains nothing; what its shape strains is the rounding of the eigenvector.
         let shares = energies.into_iter().filter(|_| whole > 0.0 && eigenvalue.norm() > 0.0);
         let shares = shares.map(|(part, energy)| Share { part, share: energy / whole }).collect();
-        let is_free = eigenvalue.norm() == 0.0;
-        let rounding =
-            if is_free { 0.0 } else { part_by(&self.system, eigenvalue, &shape, rounding(&self.system, &shape)).min(1.0) };
+        let may_round = self.is_meshed && eigenvalue.norm() > 0.0;
+        let rounded = || part_by(&self.system, eigenvalue, &shape, rounding(&self.system, &shape)).min(1.0);
+        let rounding = if may_round { rounded() } else { 0.0 };
         Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links, rounding }
     }
 }
