@@ -30,6 +30,8 @@ const ALIKE: f64 = 1e-6;
 const FAR_BELOW: f64 = 1e4;
 /// if the next is as many times as large: none of a group is in both findings.
 const GAP: f64 = 4.0;
+/// A lower shift that does not end below this part of the one before finds the same again: the search ends there.
+const LOWER: f64 = 0.1;
 /// Iterations of the eigenvalue routine for every row of its matrix; more than it ever needs.
 const ITERATIONS: usize = 100;
 
@@ -135,7 +137,7 @@ pub fn lowest(system: &Linearised, count: usize) -> Result<Vec<Eigenpair>, NoMod
     }
     let mut asked = count;
     loop {
-        let (mut pairs, is_whole) = graded(system, Wanted::Pairs(asked), 1.0)?;
+        let (mut pairs, is_whole) = graded(system, Wanted::Pairs(asked), (1.0, f64::INFINITY))?;
         // What is two by a high shift may be one by its own, as of free motion.
         if pairs.len() >= count || !is_whole {
             pairs.truncate(count);
@@ -147,11 +149,13 @@ pub fn lowest(system: &Linearised, count: usize) -> Result<Vec<Eigenpair>, NoMod
 
 /// Each eigenvalue by a shift at most [`FAR_BELOW`] times as large, where a gap allows it: by one far above, it is known to the rounding
 /// of the shift only, and less where fast motion is damped strongly. Also, whether there are as many as wanted.
-fn graded(system: &Linearised, wanted: Wanted, first_shift: f64) -> Result<(Vec<Eigenpair>, bool), NoModes> {
+fn graded(system: &Linearised, wanted: Wanted, (first_shift, below): (f64, f64)) -> Result<(Vec<Eigenpair>, bool), NoModes> {
     let (found, shift) = by_own_shift(system, wanted, first_shift)?;
-    let (low, mut pairs) = match found.far_below(shift) {
+    // A shift that is no lower than the one before would find the same again.
+    let far_below = found.far_below(shift).filter(|_| shift < LOWER * below);
+    let (low, mut pairs) = match far_below {
         None => (0, Vec::new()),
-        Some((low, lower_shift)) => (low, graded(system, Wanted::Eigenvalues(low), lower_shift)?.0),
+        Some((low, lower_shift)) => (low, graded(system, Wanted::Eigenvalues(low), (lower_shift, shift))?.0),
     };
     pairs.extend(found.pairs.into_iter().filter(|(place, _)| *place >= low).map(|(_, pair)| pair));
     Ok((pairs, found.is_whole))
