@@ -260,7 +260,7 @@ fn regress_a_free_rotation_and_its_decay_keep_their_names() -> Outcome {
     Ok(())
 }
 
-/// What holds the swing of 64 finite elements is rounding in part; of a coarser mesh, nothing is said.
+/// Rounding may change the swing of 64 finite elements, and the commands say so; they say nothing of a coarser mesh.
 #[test]
 fn regress_motion_that_is_rounding_in_part_is_told() -> Outcome {
     let folder = tempfile::tempdir()?;

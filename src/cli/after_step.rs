@@ -7,7 +7,7 @@ use crate::small_motion::StateSpace;
 pub(super) const SAMPLES: usize = 1000;
 /// Parts of an interval between samples, at its beginning, where fast vibrations are largest, and about the largest samples.
 pub(super) const PARTS: usize = 200;
-/// So many of an output's largest crests are looked at between samples.
+/// Number of an output's largest crests that are looked at between samples.
 const CRESTS: usize = 4;
 /// A value between samples is told if it is larger than all of them by this part.
 const MISSED: f64 = 0.01;

@@ -262,8 +262,8 @@ pub enum Motion {
         /// Duration of the change, s.
         over_s: f64,
     },
-    /// `(time_s, angle_rad)` ascending, interpolated by a cubic spline, natural at its ends, but at rest at an end whose two rows have one angle; the
-    /// last rate goes on.
+    /// `(time_s, angle_rad)` ascending, interpolated by a cubic spline, natural at its ends, but at rest at an end whose two rows
+    /// have one angle; the last rate goes on.
     Table(Vec<[f64; 2]>),
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{Complex, DVector};
 
 use super::linearised::Linearised;
 
-/// What holds a motion is rounding if it is below this many times what rounding may be.
+/// The stiffness that holds a motion is taken for rounding if it is below this many times the bound of that.
 const ROUNDED: f64 = 4.0;
 
 /// Whether what holds a motion, `φᴴ K φ = −λ (λ + φᴴ D φ)`, is rounding. The decay of free motion under a damper, `λ = −φᴴ D φ`, is none.
@@ -31,7 +31,7 @@ pub(super) fn damping(system: &Linearised, vector: &DVector<Complex<f64>>) -> Co
     system.damping.iter().map(|(i, j, entry)| vector[i].conj() * vector[j] * entry).sum()
 }
 
-/// What rounding may be of `φᴴ K φ`.
+/// A bound of the rounding of `φᴴ K φ`.
 ///
 /// Beside the terms of that product, tension is rounded: where strain is by as much as one unit is, a stretched element has a part of its
 /// stiffness across. So each coordinate counts with the largest stiffness of itself and the two beside it, too.

@@ -25,8 +25,8 @@ pub struct Selection {
 const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
 const MODES: [usize; 4] = [1, 2, 3, 4];
 const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
-/// What links shorten by changes the frequency of a vibration, which over some periods adds up to so many times the part. Of two links with a
-/// mass at the tip, by 0.2 % of their deflection, it came to 1.8 %.
+/// Stretching changes the frequency of a vibration. Over some periods, the error adds up to this many times the part by which links shorten:
+/// two links with a mass at the tip shortened by 0.2 % of their deflection, which erred by 1.8 %.
 const PERIODS: f64 = 10.0;
 
 impl Selection {
