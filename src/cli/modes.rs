@@ -43,8 +43,8 @@ Examples:
   flexcrank modes ref-r3 --periodic --speed 150
   flexcrank modes crank-slider --periodic --speed 10:20:2 --over slider.mass_kg=0.1:0.5:0.2 --plot chart
 
-The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
-    weight may also turn steadily (--speed): the frequencies are those in the frame that turns along, as though a base spring turned \
+The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank; a free second link \
+    hangs, or without weight is in line with the crank. One link without weight may also turn steadily (--speed): the frequencies are those in the frame that turns along, as though a base spring turned \
     along, too. An instant of a recording \
     counts as though it stood still: in motion, only what vibrates much faster than the mechanism moves means something.
 

@@ -1,5 +1,7 @@
 //! Static equilibrium of a chain.
 
+use std::f64::consts::{PI, TAU};
+
 use super::mechanism::{Input, Mechanism, NoEquilibrium, Weights};
 use crate::scene;
 
@@ -31,6 +33,17 @@ impl Pivot {
         let sprung = chain.base.torsion_spring_nm_per_rad > 0.0;
         if sprung && input.motion.is_none() { Pivot::Free } else { Pivot::Held }
     }
+}
+
+/// Direction, rad, in which a free second link rests once the first is held at `angle_rad`: along gravity; where there is none, in
+/// line with the first, as a scene starts. It is that of a straight link, at most half a turn from `angle_rad`.
+pub(super) fn second_link_rad(chain: &scene::Chain, angle_rad: f64) -> f64 {
+    let [x, y] = chain.gravity_m_per_s2;
+    if [x, y] == [0.0; 2] {
+        return angle_rad;
+    }
+    let turn = (y.atan2(x) - angle_rad).rem_euclid(TAU);
+    angle_rad + if turn > PI { turn - TAU } else { turn }
 }
 
 /// Brings `q` to `r(q, 0, 0) = 0`, downhill from where it is; `turn` is the largest of some changes of coordinates that are, or

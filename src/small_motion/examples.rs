@@ -3,7 +3,7 @@
 use super::periodic::PeriodicSystem;
 use crate::integrate::{Singular, System, Weights};
 use crate::mechanics::{FiniteElement, Modal};
-use crate::scene::{Chain, SceneSource};
+use crate::scene::{Chain, Scene, SceneSource};
 
 /// Hill's equation `ẍ + d ẋ + (a − 2 q cos 2t) x = 0`, of period π; Mathieu's for `d = 0` (DLMF 28.2.1).
 pub(super) struct Hill {
@@ -69,4 +69,30 @@ pub(super) fn modal(chain: &Chain, prescribed: bool) -> Modal {
 
 pub(super) fn finite_elements(chain: &Chain, prescribed: bool) -> FiniteElement {
     FiniteElement::new(chain, prescribed)
+}
+
+/// An arm of two carbon tubes that hang free, with a mass at the end.
+const ARM: &str = r#"
+[crank]
+length_m = 0.3
+section = { shape = "tube", outer_m = 0.004, inner_m = 0.003 }
+density_kg_per_m3 = 1550.0
+youngs_modulus_pa = 1.2e11
+damping_s = 1e-5
+elements = 4
+[rod]
+length_m = 0.25
+section = { shape = "tube", outer_m = 0.004, inner_m = 0.003 }
+density_kg_per_m3 = 1550.0
+youngs_modulus_pa = 1.2e11
+damping_s = 1e-5
+elements = 4
+[tip]
+mass_kg = 0.08
+"#;
+
+/// That arm with overrides.
+pub(super) fn arm(overrides: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    Ok(SceneSource::parse("arm.toml", ARM, &overrides)?.scene)
 }

@@ -175,7 +175,8 @@ mod tests {
     use super::Subject;
     use crate::scene::SceneSource;
     use crate::simulation::Simulation;
-    use crate::small_motion::Crank;
+    use crate::small_motion::examples::arm;
+    use crate::small_motion::{Crank, modes};
 
     /// A scene on a base spring starts where that balances the loads. Modes were those at `start.angle_rad`, 0.69 Hz for 0.86 Hz.
     #[test]
@@ -197,6 +198,30 @@ mod tests {
                 let run = Simulation::new(&source.scene)?.motion().ok_or("no motion")?;
                 let off = point.q.iter().zip(&run.q).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-8 && point.q.len() == run.q.len(), "{said}, {off:.1e} from the run");
+            }
+        }
+        Ok(())
+    }
+
+    /// The second link was at angle 0 without weight, and not in line with the first, as a run starts: 194 Hz for 218 Hz.
+    #[test]
+    fn regress_a_free_second_link_is_in_line_or_hangs() -> Result<(), Box<dyn Error>> {
+        for (model, angle_rad) in [("rigid", 0.9), ("modal", 0.9), ("finite-element", 0.9), ("finite-element", -3.0)] {
+            let keys =
+                [format!("solver.model={model}"), format!("start.angle_rad={angle_rad}"), "solver.integrator=esdirk".to_owned()];
+            let scene = arm(&keys.each_ref().map(String::as_str))?;
+            let subject = Subject::new(&scene, None)?;
+            let (point, run) = (subject.at_rest(subject.start_rad()?)?, Simulation::new(&scene)?.motion().ok_or("no motion")?);
+            let off = point.q.iter().zip(&run.q).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12 && point.q.len() == run.q.len(), "{model} at {angle_rad}: {off:.1e} from the run");
+        }
+        // Weight lets it hang, beneath an upright crank too.
+        for model in ["rigid", "modal", "finite-element"] {
+            let subject =
+                Subject::new(&arm(&[&format!("solver.model={model}"), "gravity.y_m_per_s2=-9.81"])?, Some(Crank::Held))?;
+            for angle_deg in [-200.0_f64, -90.0, 0.0, 57.0, 90.0, 270.0] {
+                let swing = modes(&subject, &subject.at_rest(angle_deg.to_radians())?, 1)?[0].frequency_hz();
+                assert!((0.9..1.1).contains(&swing), "{model} at {angle_deg}°: {swing} Hz");
             }
         }
         Ok(())

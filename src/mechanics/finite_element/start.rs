@@ -8,7 +8,7 @@ use super::member::{Member, windows};
 use super::motion::Motion;
 use super::polar::Polar;
 use super::strain::left;
-use crate::mechanics::equilibrium::{Pivot, settle};
+use crate::mechanics::equilibrium::{Pivot, second_link_rad, settle};
 use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium};
 use crate::scene::End;
 
@@ -17,7 +17,7 @@ impl FiniteElement {
     pub(super) fn set_start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         let start = self.chain.start;
         let [angle, rate, _] = input.motion.unwrap_or([start.angle_rad, start.rate_rad_per_s, 0.0]);
-        self.place_straight(angle);
+        self.place_straight([angle; 2]);
         if start.static_equilibrium {
             self.bend(input, angle)?;
         }
@@ -27,11 +27,10 @@ impl FiniteElement {
         Ok(())
     }
 
-    /// Positions and tangents of straight links.
-    fn place_straight(&mut self, angle: f64) {
+    /// Positions and tangents of straight links; a second one that ends on the slider has the angle that brings it there.
+    fn place_straight(&mut self, angles: [f64; 2]) {
         let mut pin: Vector2<f64> = Vector2::zeros();
-        let mut angle = angle;
-        for i in 0..self.members.len() {
+        for (i, mut angle) in (0..self.members.len()).zip(angles) {
             let length_m = self.chain.links[i].length_m;
             if let (1, End::Slider(_)) = (i, &self.chain.end) {
                 angle = (-pin.y / length_m).asin();
@@ -63,6 +62,9 @@ impl FiniteElement {
     fn bend(&mut self, input: &Input, angle: f64) -> Result<(), NoEquilibrium> {
         let held = Pivot::of(&self.chain, input) == Pivot::Held;
         let mut bent = Self::new(&self.chain, held);
+        if held {
+            self.place_straight([angle, second_link_rad(&self.chain, angle)]);
+        }
         let input = if held { Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() } } else { *input };
         bent.motion.clone_from(&self.motion);
         let mut q = vec![0.0; bent.degrees_of_freedom()];

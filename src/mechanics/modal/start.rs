@@ -1,7 +1,7 @@
 //! The state at t = 0.
 
 use super::fitted::Fitted;
-use crate::mechanics::equilibrium::{Pivot, settle};
+use crate::mechanics::equilibrium::{Pivot, second_link_rad, settle};
 use crate::mechanics::mechanism::{Input, NoEquilibrium};
 
 impl<const W: usize> Fitted<W> {
@@ -23,7 +23,8 @@ impl<const W: usize> Fitted<W> {
     /// Static equilibrium with the tangent at the pivot held, which leaves the chain all coordinates but its first chord angle.
     fn bend(&self, angle: f64, q: &mut [f64]) -> Result<(), NoEquilibrium> {
         let mut held = Self::new(&self.scene, true);
-        let mut bent = vec![0.0; held.chain.degrees_of_freedom];
+        let second = second_link_rad(&self.scene, angle);
+        let mut bent: Vec<f64> = held.chain.is_angle.iter().map(|is_angle| if *is_angle { second } else { 0.0 }).collect();
         settle(&mut held, &Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() }, &mut bent, Self::largest_turn)?;
         let own = q.len() - bent.len();
         q[own..].copy_from_slice(&bent);
