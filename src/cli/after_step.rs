@@ -5,12 +5,22 @@ use crate::small_motion::StateSpace;
 
 /// Samples, but for that at 0.
 pub(super) const SAMPLES: usize = 1000;
-/// Parts of an interval between samples, at its beginning, where fast vibrations are largest, and about the largest samples.
-pub(super) const PARTS: usize = 200;
+/// Each length of the response is so many times the next shorter one: fast vibrations are largest where they begin.
+const SHORTER: usize = 4;
+/// Intervals about the largest samples are looked at by the steps of the length so many places further: 64 times as short.
+const FURTHER: usize = 3;
+/// A step of less than this part of `1/|λ|` resolves what decays or vibrates by λ.
+const RESOLVED: f64 = 0.2;
+/// Most lengths.
+const LENGTHS: usize = 24;
 /// Number of an output's largest crests that are looked at between samples.
 const CRESTS: usize = 4;
+/// Samples follow a crest if their second difference is below this part of it: some 20 in a period.
+const NEAR: f64 = 0.1;
 /// A value between samples is told if it is larger than all of them by this part.
 const MISSED: f64 = 0.01;
+/// A response so many times as long as it takes to the latest of them shows them.
+const SHOWN: f64 = 4.0;
 /// It counts from this part on: less is rounding.
 const LARGER: f64 = 1e-6;
 
@@ -24,30 +34,44 @@ pub(super) struct AfterStep {
 }
 
 impl AfterStep {
-    /// Of these outputs of a space in continuous time.
-    pub(super) fn new(space: &StateSpace, input: usize, outputs: &[usize], until_s: f64) -> CommandResult<Self> {
+    /// Of these outputs of a space in continuous time, whose modes have eigenvalues up to `fastest_per_s` in size.
+    ///
+    /// The largest values are looked for in responses of ever shorter lengths, down to one whose steps resolve all modes: a vibration that
+    /// dies in one step of the whole is largest at the beginning. About the largest samples of each, shorter steps are taken.
+    pub(super) fn new(
+        space: &StateSpace,
+        input: usize,
+        outputs: &[usize],
+        (until_s, fastest_per_s): (f64, f64),
+    ) -> CommandResult<Self> {
         let step_s = until_s / SAMPLES as f64;
-        let (coarse, fine) = (space.zero_order_hold(step_s)?, space.zero_order_hold(step_s / PARTS as f64)?);
-        let samples = coarse.step_response(input, SAMPLES + 1)?;
-        let beginning = fine.step_response(input, SAMPLES + 1)?;
-        let samples: Vec<Vec<f64>> = outputs.iter().map(|output| samples.row(*output).iter().copied().collect()).collect();
-        let mut intervals: Vec<usize> = samples.iter().flat_map(|samples| about_crests(samples)).collect();
-        intervals.sort_unstable();
-        intervals.dedup();
-        let within = coarse.step_response_within((&fine, PARTS), input, &intervals)?;
-        let finer = || std::iter::once((0, &beginning)).chain(intervals.iter().copied().zip(&within));
-        let peak = |(samples, output): (&Vec<f64>, &usize)| {
-            let (at, value) = largest(samples);
-            let finer = finer().flat_map(|(first, values)| {
-                let values = values.row(*output).iter().copied().enumerate().collect::<Vec<_>>();
-                values.into_iter().map(move |(part, value)| (first as f64 + part as f64 / PARTS as f64, value))
-            });
-            let keep =
-                |most: (f64, f64), next: (f64, f64)| if next.1.abs() > (1.0 + LARGER) * most.1.abs() { next } else { most };
-            let (at, value) = finer.fold((at as f64, value), keep);
-            (at * step_s, value)
-        };
-        let peaks = samples.iter().zip(outputs).map(peak).collect();
+        let steps_s = |place: usize| step_s / (SHORTER as f64).powi(place as i32);
+        let number = (FURTHER..LENGTHS).find(|place| steps_s(*place) * fastest_per_s <= RESOLVED).unwrap_or(LENGTHS);
+        let holds = (0..=number).map(|place| space.zero_order_hold(steps_s(place))).collect::<Result<Vec<_>, _>>()?;
+        let mut samples: Vec<Vec<f64>> = Vec::new();
+        let mut peaks = vec![(0.0, f64::NAN); outputs.len()];
+        for (place, hold) in holds.iter().enumerate() {
+            let found = hold.step_response(input, SAMPLES + 1)?;
+            let found: Vec<Vec<f64>> = outputs.iter().map(|output| found.row(*output).iter().copied().collect()).collect();
+            let mut intervals: Vec<usize> = found.iter().flat_map(|samples| about_crests(samples)).collect();
+            intervals.sort_unstable();
+            intervals.dedup();
+            let finer = (place + FURTHER).min(number);
+            let parts = SHORTER.pow((finer - place) as u32);
+            let within = hold.step_response_within((&holds[finer], parts), input, &intervals)?;
+            for (output, (samples, peak)) in found.iter().zip(&mut peaks).enumerate() {
+                let (at, value) = crest(samples);
+                *peak = larger(*peak, (at * steps_s(place), value));
+                for (first, values) in intervals.iter().zip(&within) {
+                    let values: Vec<f64> = values.row(outputs[output]).iter().copied().collect();
+                    let (part, value) = crest(&values);
+                    *peak = larger(*peak, ((*first as f64 + part / parts as f64) * steps_s(place), value));
+                }
+            }
+            if place == 0 {
+                samples = found;
+            }
+        }
         let times_s = (0..=SAMPLES).map(|sample| step_s * sample as f64).collect();
         Ok(AfterStep { times_s, samples, peaks })
     }
@@ -62,7 +86,7 @@ impl AfterStep {
     pub(super) fn until_s(&self, missed_s: &[f64]) -> Option<f64> {
         let step_s = *self.times_s.get(1)?;
         let latest_s = missed_s.iter().copied().fold(0.0, f64::max);
-        let until_s = (step_s * (SAMPLES / PARTS) as f64).max(1.1 * latest_s);
+        let until_s = SHOWN * latest_s;
         (until_s < 0.5 * step_s * SAMPLES as f64).then_some(until_s)
     }
 
@@ -70,6 +94,23 @@ impl AfterStep {
     pub(super) fn ends_largest(&self) -> bool {
         self.samples.iter().any(|samples| largest(samples).0 + 1 == samples.len())
     }
+}
+
+/// The time and value that is larger in magnitude; the first, if the other is larger by rounding alone.
+fn larger(one: (f64, f64), other: (f64, f64)) -> (f64, f64) {
+    if one.1.is_nan() || other.1.abs() > (1.0 + LARGER) * one.1.abs() { other } else { one }
+}
+
+/// Place and value of the number largest in magnitude, at the crest of the parabola through it and its neighbours: where these are near
+/// enough for one.
+fn crest(values: &[f64]) -> (f64, f64) {
+    let (at, value) = largest(values);
+    let [Some(before), Some(after)] = [at.checked_sub(1), Some(at + 1)].map(|at| at.and_then(|at| values.get(at))) else {
+        return (at as f64, value);
+    };
+    let (slope, curve) = (0.5 * (after - before), after - 2.0 * value + before);
+    let is_near = curve.abs() <= NEAR * value.abs() && curve * value < 0.0;
+    if is_near { (at as f64 - slope / curve, value - 0.5 * slope * slope / curve) } else { (at as f64, value) }
 }
 
 /// Intervals beside the largest of the samples that are no smaller than their neighbours.

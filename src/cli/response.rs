@@ -19,7 +19,7 @@ use super::progress::bar;
 use super::values::{positive, positive_time};
 use super::written::{draw, write_table};
 use crate::plot::{self, Axis, Figure, Named};
-use crate::small_motion::{Mode, modes};
+use crate::small_motion::{FreeMotions, Mode, modes};
 use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
@@ -48,6 +48,8 @@ const SMALL_RAD: f64 = 1.0;
 const GROWS: f64 = 1e-6;
 /// Modes that decide which frequencies are of interest.
 const MODES: usize = 10;
+/// The way to an input of a chain that has none.
+const FREE: &str = "--crank free has torque_nm";
 /// Without modes, Hz and s.
 const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 
@@ -140,10 +142,13 @@ impl Args {
     fn respond(&self, linear: &Linear, found: &[Mode]) -> CommandResult<Responses> {
         let (space, natural) = (&linear.space, natural_hz(found));
         let input = match &self.input {
-            Some(name) => place(name, &space.inputs, "input")?,
-            None if space.inputs.is_empty() => {
-                return Err(Failure::Usage("no input: the crank is held, and the chain has no slider".to_owned()));
+            Some(name) if name == "torque_nm" && linear.chosen.subject.is_held() => {
+                return Err(Failure::Usage(format!("no input \"torque_nm\": the crank is held; {FREE}")));
             }
+            _ if space.inputs.is_empty() => {
+                return Err(Failure::Usage(format!("no input: the crank is held, and the chain has no slider; {FREE}")));
+            }
+            Some(name) => place(name, &space.inputs, "input")?,
             None => 0,
         };
         let outputs: Vec<usize> = match self.outputs.as_slice() {
@@ -171,15 +176,16 @@ impl Args {
         phases_deg.iter_mut().zip(&magnitudes).for_each(|(phases, magnitudes)| unwrap(phases, magnitudes));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
-        let mut after_step = AfterStep::new(space, input, &[&outputs[..], &angles].concat(), until_s)?;
+        let fastest_per_s = found.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
+        let mut after_step = AfterStep::new(space, input, &[&outputs[..], &angles].concat(), (until_s, fastest_per_s))?;
         after_step.samples.truncate(outputs.len());
         let after_rad = after_step.peaks.drain(outputs.len()..).map(|(_, peak)| peak.abs());
         let is_beyond_small = after_rad.fold(largest_rad, f64::max) > SMALL_RAD;
-        let free: Vec<&Mode> = found.iter().filter(|mode| mode.eigenvalue.norm() == 0.0).collect();
-        let is_unbounded = |output: &&usize| free.iter().any(|mode| space.grows_without_bound(**output, mode));
+        let free = FreeMotions::new(space, found);
+        let is_unbounded = |output: &&usize| free.let_grow(space, [input, **output]);
         let unbounded = outputs.iter().filter(is_unbounded).map(|output| space.outputs[*output].clone()).collect();
         Ok(Responses {
-            is_free: !free.is_empty(),
+            is_free: found.iter().any(|mode| mode.eigenvalue.norm() == 0.0),
             unbounded,
             input: space.inputs[input].clone(),
             outputs: outputs.iter().map(|output| space.outputs[*output].clone()).collect(),

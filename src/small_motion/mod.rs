@@ -11,7 +11,10 @@ pub mod error;
 mod examples;
 mod factors;
 pub mod floquet;
+mod free_motion;
 pub mod growth;
+#[cfg(test)]
+mod growth_tests;
 mod hold;
 mod inputs;
 mod lap;
@@ -37,6 +40,8 @@ mod rounding;
 pub mod scheme;
 mod shape;
 mod spectrum;
+#[cfg(test)]
+mod spectrum_tests;
 mod state_space;
 #[cfg(test)]
 mod state_space_tests;
@@ -54,6 +59,7 @@ mod vibrations;
 
 pub use band::{Band, BandLu};
 pub use beyond_shapes::{BeyondShapes, beyond_shapes};
+pub use free_motion::FreeMotions;
 pub use linearised::Linearised;
 pub use modal_equation::ModalEquation;
 pub use mode::{Kind, Mode, Share, modes};

@@ -224,6 +224,24 @@ mod tests {
 
     type Tested = Result<(), Box<dyn std::error::Error>>;
 
+    /// The eigenvalues 0 of two links that turn freely came with a shift that found the same again, for ever.
+    #[test]
+    fn regress_the_search_for_slow_modes_ends() -> Tested {
+        for (model, elements) in [("rigid", "1"), ("modal", "4"), ("finite-element", "4"), ("finite-element", "16")] {
+            let [model, crank, rod] =
+                [format!("solver.model={model}"), format!("crank.elements={elements}"), format!("rod.elements={elements}")];
+            let scene = super::super::examples::arm(&[&model, &crank, &rod, "base.damper_nm_s_per_rad=5e-4"])?;
+            for count in 1..40 {
+                for angle_rad in [0.0, 0.9] {
+                    let found = NormalModes::new(&scene, angle_rad, count)?;
+                    let free = found.modes().iter().filter(|mode| mode.mode.eigenvalue.norm() == 0.0).count();
+                    assert_eq!(free, count.min(2), "{model}, {crank}, {count}, {angle_rad} rad");
+                }
+            }
+        }
+        Ok(())
+    }
+
     const ANGLE: f64 = 0.7;
 
     fn scene(overrides: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {

@@ -7,14 +7,7 @@ use nalgebra::{Complex, DMatrix, DMatrixView, DVector};
 use super::NoModes;
 use super::band::Band;
 use super::linearised::Linearised;
-use super::mode::Mode;
-use super::rounding::damping;
 use super::state_space::{Equations, StateSpace};
-
-/// Part of a row times the largest coordinate from which the row's product with a shape is not taken for rounding.
-const SIGNIFICANT: f64 = 1e-7;
-/// A decay slower than this, 1/s, is rounding.
-const CREEPS_PER_S: f64 = 1e-8;
 
 impl StateSpace {
     /// `G(iω)` of one input, for all outputs; in discrete time `e^(iωh)` stands for `iω`:
@@ -49,19 +42,6 @@ impl StateSpace {
         factors.solve(&mut q);
         let v = q.iter().map(|q| q * z);
         Some(DMatrix::from_iterator(2 * q.len(), 1, q.iter().copied().chain(v)))
-    }
-
-    /// Whether an output grows without bound after a step of an input that turns the chain, and towards 0 Hz, by a free motion of the
-    /// mechanism: what turns with it, and without a damper also what follows its speed.
-    pub fn grows_without_bound(&self, output: usize, free: &Mode) -> bool {
-        let (n, largest) = (free.shape.len(), free.shape.camax());
-        let along = |first: usize| {
-            let row = self.c.view((output, first), (1, n));
-            let sum: Complex<f64> = row.iter().zip(free.shape.iter()).map(|(c, x)| x * *c).sum();
-            sum.norm() > SIGNIFICANT * largest * row.iter().map(|c| c.abs()).sum::<f64>()
-        };
-        let is_damped = || damping(&self.equations.system, &free.shape).norm() > CREEPS_PER_S;
-        along(0) || along(n) && !is_damped()
     }
 
     /// The outputs of a system in discrete time at `count` samples from 0 on, after one input has gone from 0 to 1: one column a sample, exact.
