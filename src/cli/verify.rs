@@ -61,6 +61,8 @@ struct VerifiedFile<'a> {
     joint_gap_m: f64,
     balance_error_j: f64,
     energy_in_play_j: f64,
+    /// "balanced", "unbalanced" or "not judged"; `None` if no message has energies.
+    energy_verdict: Option<&'static str>,
     /// Whether another build recorded it, so that last bits may differ.
     other_build: bool,
     findings: Vec<FindingLine>,
@@ -136,6 +138,11 @@ fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static s
         joint_gap_m: physics.joint_gap_m,
         balance_error_j: recomputed.balance_error_j,
         energy_in_play_j: recomputed.energy_j,
+        energy_verdict: recomputed.verdict.map(|verdict| match verdict {
+            EnergyVerdict::Balanced => "balanced",
+            EnergyVerdict::Unbalanced { .. } => "unbalanced",
+            EnergyVerdict::NotJudged => "not judged",
+        }),
         other_build: !source.metadata.other_build().is_empty(),
         findings: findings.iter().map(|finding| FindingLine { kind: kind(finding), text: finding.to_string() }).collect(),
         unlisted_findings: *unlisted,

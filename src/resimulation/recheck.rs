@@ -36,7 +36,7 @@ pub struct Recomputed {
     pub balance_error_j: f64,
     /// Largest energy in play at any of them, J.
     pub energy_j: f64,
-    /// Verdict on the energy balance: the last one out of tolerance, or else the last.
+    /// Verdict on the energy balance of all epochs: see [`Simulation::session_verdict`](crate::simulation::Simulation::session_verdict).
     pub verdict: Option<EnergyVerdict>,
 }
 
@@ -260,8 +260,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         let ledger = simulation.ledger();
         self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
         self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
-        // As for the run itself, the last verdict counts: energy that is put in later is in play, too.
-        self.done.verdict = Some(simulation.energy_verdict());
+        // As for the run itself, the last verdict on an epoch counts: energy that is put in later is in play, too.
+        self.done.verdict = Some(simulation.session_verdict());
     }
 
     /// Keeps the recorded mean torque after missing loads, and the impulse since then in a checkpoint: whether a dropped sample ended its

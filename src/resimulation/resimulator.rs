@@ -116,7 +116,10 @@ impl Resimulator {
         if *text != self.scene.base.text || level != self.scene.name_beside_first() {
             let base = SceneSource::parse(&self.first.origin, text, &[]).ok()?;
             let scene = SceneAtLevel::named(&base, level).ok()?;
-            *self = Self::at(self.first.clone(), scene).ok()?;
+            let mut other = Self::at(self.first.clone(), scene).ok()?;
+            other.simulation.keep_distrust_of(&self.simulation);
+            other.worst_out_of_range = self.worst_out_of_range;
+            *self = other;
         }
         Some(())
     }

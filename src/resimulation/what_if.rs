@@ -139,7 +139,7 @@ fn compute(
         if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
     let end = end.and_then(|()| attempt.apply_all_waiting()).and_then(|()| attempt.all_added());
-    let verdict = attempt.resimulator.simulation().energy_verdict();
+    let verdict = attempt.resimulator.simulation().session_verdict();
     let worst_out_of_range = attempt.resimulator.worst_out_of_range();
     let Attempt { recorder, mut deviation, torque, from_s, samples, .. } = attempt;
     if torque.was_left_out() {

@@ -263,7 +263,7 @@ impl Stepper {
         RunSummary {
             ending,
             dropped: self.drops.count,
-            verdict: self.simulation.energy_verdict(),
+            verdict: self.simulation.session_verdict(),
             unconverged: self.simulation.unconverged(),
             worst_out_of_range: self.statistics.worst_out_of_range,
         }

@@ -97,7 +97,7 @@ pub struct LiveReport {
     pub angles: Option<Angles>,
     /// The recordings made.
     pub recordings: Vec<Result<Written, RecordingError>>,
-    /// Verdict on the energy balance of the last epoch.
+    /// Verdict on the energy balance of all epochs.
     pub verdict: EnergyVerdict,
     /// Steps of fixed cost that left more than the scene's tolerance.
     pub unconverged: u64,

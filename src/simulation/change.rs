@@ -201,7 +201,7 @@ impl Simulation {
             .map(|_| self.error.unwrap_or_default().without_last_step());
         next.observe().map_err(|diverged| diverged.cause)?;
         (next.last, next.changed) = (self.last, true);
-        (next.retried, next.unconverged) = (self.retried, self.unconverged);
+        (next.retried, next.unconverged, next.distrusted) = (self.retried, self.unconverged, self.distrusted);
         let changed_j = next.ledger().changed_j - self.ledger().changed_j;
         std::mem::swap(self, next);
         Ok(changed_j)

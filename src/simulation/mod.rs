@@ -36,6 +36,7 @@ mod state;
 mod step_grid;
 mod step_limit;
 mod telemetry;
+mod verdict;
 
 pub use change::{NoRoute, NotChanged, Route};
 pub use checkpoint::{Checkpoint, EpochChanges};
@@ -108,6 +109,8 @@ pub struct Simulation {
     unconverged: u64,
     /// Whether the scene was changed in this epoch.
     changed: bool,
+    /// Verdict on the first epoch before this one whose balance was off.
+    distrusted: Option<EnergyVerdict>,
 }
 
 impl Simulation {
@@ -139,6 +142,7 @@ impl Simulation {
             retried: 0,
             unconverged: 0,
             changed: false,
+            distrusted: None,
         };
         simulation.engine.save(&mut simulation.saved);
         simulation.begin().map_err(|_| BuildError {
@@ -162,15 +166,6 @@ impl Simulation {
         self.ledger = Ledger::new(self.observed.last.energy);
         self.error = self.engine.local_error(&self.law, 0.0, self.grid.step_s).map(|_| ErrorEstimate::default());
         Ok(())
-    }
-
-    /// Back to t = 0 with the scene's own pulses; raises the epoch.
-    ///
-    /// # Errors
-    /// Never returned in practice: the same start was observed when the simulation was built.
-    pub fn reset(&mut self) -> Result<(), Diverged> {
-        self.epoch += 1;
-        self.begin()
     }
 
     /// Steps since the epoch began.
@@ -354,11 +349,6 @@ impl Simulation {
         }
         std::mem::swap(&mut self.observed.last, &mut self.observed.next);
         Ok(&self.observed.last)
-    }
-
-    /// Verdict of the energy balance on the epoch so far.
-    pub fn energy_verdict(&self) -> EnergyVerdict {
-        if self.engine.keeps_energy() { self.ledger.verdict(self.solver.balance_tolerance) } else { EnergyVerdict::NotJudged }
     }
 
     /// Estimated error of the time discretization; `None` where the method cannot tell.

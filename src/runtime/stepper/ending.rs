@@ -29,7 +29,7 @@ pub struct RunSummary {
     pub ending: Ending,
     /// Number of dropped samples.
     pub dropped: u64,
-    /// Verdict on the energy balance of the last epoch.
+    /// Verdict on the energy balance of all epochs.
     pub verdict: EnergyVerdict,
     /// Steps of fixed cost that left more than the scene's tolerance.
     pub unconverged: u64,
