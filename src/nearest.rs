@@ -2,9 +2,11 @@
 
 #[cfg(feature = "service")]
 mod column;
+mod file;
 
 #[cfg(feature = "service")]
 pub(crate) use column::{columns_by_topic, did_you_mean_column, nearest_column_of_topics};
+pub(crate) use file::did_you_mean_file;
 
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;

@@ -22,6 +22,9 @@ const LINK_TIMEOUT: Duration = Duration::from_secs(2);
 const POLL_PERIOD: Duration = Duration::from_millis(20);
 /// Attempts to take another free port if one is lost to another service.
 const PORT_RETRIES: u32 = 50;
+/// Longest that a service of this machine may take to answer: a session does not close while it waits, and whoever holds the port may
+/// be mute. Beyond this machine, zenoh's ten seconds stand.
+const OPEN_TIMEOUT: (&str, &str) = ("transport/unicast/open_timeout", "2000");
 const LISTEN: &str = "listen/endpoints";
 const CONNECT: &str = "connect/endpoints";
 const MULTICAST: &str = "scouting/multicast/enabled";
@@ -150,6 +153,7 @@ impl BusOptions {
             }
         } else if self.config.is_none() && self.listen.is_empty() {
             set(&mut config, CONNECT, &list(&neighbours()))?;
+            set(&mut config, OPEN_TIMEOUT.0, OPEN_TIMEOUT.1)?;
         }
         Ok(config)
     }
@@ -215,6 +219,7 @@ impl BusOptions {
                 return Err(BusError::NoLocalService);
             }
             set(&mut config, CONNECT, &list(&here))?;
+            set(&mut config, OPEN_TIMEOUT.0, OPEN_TIMEOUT.1)?;
         }
         Ok(config)
     }

@@ -13,7 +13,7 @@ use super::values::{finite, rpm_hint, seconds};
 use crate::decimal_comma::decimal_comma_hint;
 use crate::nearest::nearest;
 use crate::recording::begins_as_mcap;
-use crate::scene::builtin;
+use crate::scene::{builtin, is_key_of_a_scene};
 
 /// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, an option by its name
 /// here, an option with two dashes, a decimal point, the commands for a file, or a value in one word.
@@ -51,6 +51,7 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
             place
         }
         Kind::UnknownArgument if joined.is_some() => joined,
+        Kind::UnknownArgument if is_key_of_a_scene(&given) => Some(format!("a key of the scene is changed with --set {given}")),
         Kind::UnknownArgument if dashes.is_some() => dashes,
         Kind::UnknownArgument if meaning.is_some() => meaning.map(str::to_owned),
         // After other arguments, a word that is no command counts as one argument too many.

@@ -20,7 +20,7 @@ use super::run_conclusion::BENDS_FURTHER;
 use super::step_error::StepError;
 use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
-use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
+use super::suggested_step::{OwnRun, slowest_bending, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
 use super::trial_run::{Distrust, RunLength, Trial};
 use super::values::positive_time;
@@ -59,9 +59,9 @@ A line `start` shows where the first link starts, bent by static loads: its angl
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also names a shorter solver.step_s.
 
-`modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run, \
+`modal` leaves out that a link without `axial` stretches or shortens by N L / (E A). N is the largest axial force in such a run, \
     after its start. `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \
-    a crank-slider, it is also recommended where the shortening is more than 0.05 % of the crank's length. The stroke changes by \
+    a crank-slider, it is also recommended where it is more than 0.05 % of the crank's length. The stroke changes by \
     up to that part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
@@ -71,7 +71,7 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
     end: until_s, two_turns_s), shortening (link, \
-    force_n, shortening_m, deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
+    force_n (positive in tension), shortening_m (its size), deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
     diverges, 6 its energy balance leaves solver.balance_tolerance.";
@@ -140,7 +140,7 @@ struct PartOfTurns {
     two_turns_s: f64,
 }
 
-/// The shortening that a link's model leaves out.
+/// The change of length that a link's model leaves out.
 #[derive(Serialize)]
 struct ShorteningLine {
     link: &'static str,
@@ -164,7 +164,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let length = args.until.map_or_else(|| unasked_length(scene), RunLength::asked);
     let trial = Trial::of(&mut simulation, length, MEASURED);
     let looked_at_s = trial.cut_off_s.unwrap_or(length.until_s);
-    let slowest = slowest_motion(scene, vibrations);
+    let slowest = slowest_bending(scene, vibrations);
     bar.set_message("running the scene with half the step");
     let step_error = StepError::of(scene, &trial, length);
     bar.set_message("looking for a step that suffices");
@@ -270,7 +270,7 @@ fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
         stroke_change: left_out.stroke_change(),
         recommends_axial: left_out.matters(),
     };
-    left_out.into_iter().filter(|left_out| left_out.force_n > 0.0).map(line).collect()
+    left_out.into_iter().filter(|left_out| left_out.force_n != 0.0).map(line).collect()
 }
 
 impl Checked {
@@ -358,9 +358,10 @@ impl fmt::Display for ShorteningLine {
         let ShorteningLine { link, force_n, shortening_m, deflection_m, stroke_change, recommends_axial } = *self;
         write!(
             f,
-            "{link}: shortens by {} m under {} N, which is left out; bends by {} m",
+            "{link}: {} by {} m under {} N, which is left out; bends by {} m",
+            if force_n > 0.0 { "stretches" } else { "shortens" },
             figure(shortening_m),
-            figure(force_n),
+            figure(force_n.abs()),
             figure(deflection_m)
         )?;
         if deflection_m > 0.0 {

@@ -45,8 +45,8 @@ pub(super) struct Args {
 struct Info {
     file: String,
     size_bytes: u64,
-    /// UTC.
-    begin: String,
+    /// UTC; `None` without messages.
+    begin: Option<String>,
     duration_s: f64,
     messages: u64,
     /// The damaged places, and whether the file ends early.
@@ -115,12 +115,12 @@ impl Info {
     fn of(file: &Path) -> CommandResult<Self> {
         let overview = Overview::read(file)?;
         let (begin_ns, end_ns) = overview.span_ns();
-        let begin = SystemTime::UNIX_EPOCH + Duration::from_nanos(begin_ns);
+        let begin = (overview.messages() > 0).then(|| SystemTime::UNIX_EPOCH + Duration::from_nanos(begin_ns));
         let topics = overview.topics.iter().map(|(name, topic)| TopicInfo::new(name, topic)).collect();
         Ok(Info {
             file: file.display().to_string(),
             size_bytes: std::fs::metadata(file).map_or(0, |file| file.len()),
-            begin: humantime::format_rfc3339_millis(begin).to_string(),
+            begin: begin.map(|begin| humantime::format_rfc3339_millis(begin).to_string()),
             duration_s: (end_ns - begin_ns) as f64 * 1e-9,
             messages: overview.messages(),
             damage: damage(&overview),
@@ -138,7 +138,10 @@ impl Info {
         }
         let Info { file, size_bytes, begin, duration_s, messages, damage, ends_early, session, topics } = self;
         writeln!(out, "{}: {}, {messages} messages", shown_sentence(file), ByteSize(*size_bytes).display().si())?;
-        writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?;
+        match begin {
+            Some(begin) => writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?,
+            None => writeln!(out, "  recorded      nothing")?,
+        }
         if let Some(session) = session {
             let Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s, end } = session;
             writeln!(out, "  session       {}: {}", shown_name(name), shown_sentence(command_line))?;
@@ -161,6 +164,9 @@ impl Info {
         if let Some(damage) = damage {
             let label = if *ends_early { "ends early" } else { "damaged" };
             writeln!(out, "  {label:<12}  {}", shown_sentence(damage))?;
+        }
+        if topics.is_empty() {
+            return Ok(());
         }
         let heading = ["topic", "type", "messages", "Hz", "size"].map(str::to_owned).to_vec();
         let rows = topics.iter().map(|topic| {

@@ -1,15 +1,20 @@
-//! A warning of links that ring because a scene starts at speed.
+//! Warnings of links that ring because a scene starts at speed, or under a load.
 
 use super::aligned_table::figure;
-use crate::scene::{Drive, Link, ModelKind, Motion, Scene};
+use crate::mechanics::resistance_n;
+use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene};
 use crate::simulation::Loads;
 
 /// Less is rounding, as of a table that begins at rest.
 const AT_REST_RAD_PER_S: f64 = 1e-9;
 
-/// The warning of a scene that starts at speed, whose links bend or stretch: they carry no load of their inertia yet.
-pub(super) fn sudden_start(scene: &Scene) -> Option<String> {
-    let chain = scene.chain()?;
+/// The warnings of a scene whose links bend or stretch, and start without the loads that they then carry.
+pub(super) fn sudden_start(scene: &Scene) -> Vec<String> {
+    scene.chain().map_or(Vec::new(), |chain| [at_speed(scene, chain), under_load(scene, chain)].into_iter().flatten().collect())
+}
+
+/// Of a start at speed: the load is that of their inertia.
+fn at_speed(scene: &Scene, chain: &Chain) -> Option<String> {
     let motion = Loads::new(scene).input(0.0).motion;
     let rad_per_s = motion.map_or(chain.start.rate_rad_per_s, |[_, rad_per_s, _]| rad_per_s);
     let way_on = match scene.drive {
@@ -25,6 +30,22 @@ pub(super) fn sudden_start(scene: &Scene) -> Option<String> {
             "the scene starts at {} rad/s with links that carry no load of their own inertia yet: they ring, and first peaks of \
              deflections and forces are up to twice the steady ones; {way_on}",
             figure(rad_per_s)
+        )
+    })
+}
+
+/// Of a start under the slider's resistance.
+fn under_load(scene: &Scene, chain: &Chain) -> Option<String> {
+    let End::Slider(slider) = &chain.end else { return None };
+    let motion = Loads::new(scene).input(0.0).motion;
+    let force_n = resistance_n(&slider.resistance, motion.map_or(chain.start.angle_rad, |[angle_rad, ..]| angle_rad));
+    let can_carry_it = matches!(scene.solver.model, ModelKind::Modal | ModelKind::FiniteElement);
+    let is_sudden = can_carry_it && !chain.start.static_equilibrium && chain.links.iter().any(|link| !link.rigid);
+    (is_sudden && force_n != 0.0).then(|| {
+        format!(
+            "{} N resist the slider at the start, which the links do not carry yet: they ring, and first peaks of forces are up to \
+             twice that load's; start.static_equilibrium = true begins with links that carry it",
+            figure(force_n)
         )
     })
 }

@@ -193,7 +193,7 @@ fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, Stri
 }
 
 /// Period of the lowest frequency, or of a turn if that is shorter, s, with its name.
-pub(super) fn slowest_motion(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
+fn slowest_motion(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
     let lowest = vibrations.and_then(|found| found.frequencies_hz);
     let vibration = lowest.map(|[lowest_hz, _]| (1.0 / lowest_hz, "period of the lowest frequency"));
     or_turn(scene, vibration)
@@ -201,7 +201,7 @@ pub(super) fn slowest_motion(scene: &Scene, vibrations: Option<Vibrations>) -> O
 
 /// The same of the lowest frequency at which a link bends. A chain that swings, or that a base spring holds, has a lower one: a step
 /// for that does not resolve deflections.
-fn slowest_bending(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
+pub(super) fn slowest_bending(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
     match vibrations {
         Some(Vibrations { frequencies_hz: Some([lowest_hz, _]), lowest_bending_hz: Some(bending_hz), .. })
             if bending_hz > lowest_hz =>

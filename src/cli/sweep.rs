@@ -141,9 +141,9 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
     let base = SceneSource::open(&spec.scene, &spec.set)?;
     suspect_numbers(&base).iter().chain(&sudden_start(&base.scene)).for_each(|warning| say!("warning: {warning}"));
     let with_values = || spec.axes.iter().flat_map(|axis| campaign.with_given_values(axis).flatten());
-    if sudden_start(&base.scene).is_none() {
-        let first = with_values().find_map(|changed| sudden_start(&changed.scene));
-        first.iter().for_each(|warning| say!("warning: {warning}"));
+    if sudden_start(&base.scene).is_empty() {
+        let first = with_values().map(|changed| sudden_start(&changed.scene)).find(|warnings| !warnings.is_empty());
+        first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
     }
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));

@@ -64,7 +64,8 @@ Columns (all with --wide, --csv and --json; without these, FE is finite-element,
     error_is_bound is 1 for `<`: error is then an upper bound, as far as that estimate is right. reference_ten_times_better is 1 if no output that counts has either \
     mark. In the picture, triangles stand for `<` and rings for `~`.
 
-Vibrations, after the table, are those without damping, numbered by frequency. energy is the mean part of a mode in the energy of \
+Vibrations, after the table, are those without damping, numbered by frequency; swings of the chain, which strain nothing, are not among \
+    them. energy is the mean part of a mode in the energy of \
     all vibrations, moving the same of what moves, output the most by which its vibration changes an output that counts: for forces, \
     by the forces that it exerts at the joints. Energy is not judged there. Those that change an output by more than --tolerance, or \
     1e-3, are a reason to look, not a measurement: the errors in the table are measured. \

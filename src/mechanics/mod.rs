@@ -25,5 +25,6 @@ pub use mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilib
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
+pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
 pub use transfer::{CannotTransfer, Present, Transfer};

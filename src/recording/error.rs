@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::format::is_closed;
 use super::open::open;
 use super::reader::Messages;
+use crate::nearest::did_you_mean_file;
 use crate::scene::{builtin, toml_hint};
 use crate::shown::{shown_name, shown_names, shown_s, shown_sentence};
 
@@ -78,7 +79,7 @@ pub enum RecordingError {
         cause: String,
     },
     /// The file lacks metadata and scene.
-    #[error("{}: not a flexcrank recording, or its beginning is lost: no metadata and scene", path.display())]
+    #[error("{}: {}", path.display(), why_anonymous(path))]
     Anonymous {
         /// The file.
         path: PathBuf,
@@ -128,9 +129,17 @@ fn why(path: &Path, cause: &std::io::Error) -> String {
         ErrorKind::InvalidInput | ErrorKind::IsADirectory if path.is_dir() => "is a folder, not a file".to_owned(),
         ErrorKind::NotFound => {
             let scene = RecordingError::absent_scene_hint(path).map(|hint| format!("not a recording, but {hint}"));
-            scene.unwrap_or_else(|| cause.to_string())
+            scene.unwrap_or_else(|| format!("{cause}{}", did_you_mean_file(path)))
         }
         _ => cause.to_string(),
+    }
+}
+
+/// Why a file has neither metadata nor scene.
+fn why_anonymous(path: &Path) -> &'static str {
+    match ends_early(path) {
+        true => "no metadata and scene: the file is still being recorded, was cut off before them, or is no flexcrank recording",
+        false => "not a flexcrank recording, or its beginning is lost: no metadata and scene",
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::end::RecordingEnd;
-use super::error::RecordingError;
+use super::error::{RecordingError, begins_as_mcap};
 use super::format::RecordedMessage;
 use super::walk::{Damage, WalkFlow, WalkItem, walk_to_the_cut};
 
@@ -44,7 +44,7 @@ impl Overview {
     /// Reads all messages of a recording, and of one that ends early also those that its last chunk still holds.
     ///
     /// # Errors
-    /// [`RecordingError`] if the file cannot be opened, or holds no message.
+    /// [`RecordingError`] if the file cannot be opened, or is not an MCAP file.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut overview = Overview::default();
         let structure = walk_to_the_cut(path, |item, _| {
@@ -55,8 +55,8 @@ impl Overview {
             }
             WalkFlow::Continue(())
         })?;
-        if overview.topics.is_empty() {
-            return Err(RecordingError::empty(path));
+        if overview.topics.is_empty() && !begins_as_mcap(path) {
+            return Err(RecordingError::NotMcap(path.to_owned()));
         }
         let unchecked = overview.messages().saturating_sub(structure.messages);
         Ok(Overview { damage: structure.damage, cut_off: structure.cut_off, unchecked, ..overview })

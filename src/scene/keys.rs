@@ -149,8 +149,8 @@ pub(super) const START_RATE: Number = number(
 pub(super) const STATIC_EQUILIBRIUM: Boolean = Boolean {
     name: "static_equilibrium",
     default: false,
-    meaning: "whether links start bent by weight and constant loads, as in equilibrium; for a beam or a crank-slider, not \
-              for an open chain of two links, nor with `incremental`",
+    meaning: "whether links start bent by weight, constant loads and the slider's resistance there, as in equilibrium; for a beam or \
+              a crank-slider, not for an open chain of two links, nor with `incremental`",
 };
 pub(super) const DRIVE_SPEED: Number =
     number("speed_rad_per_s", "rad/s", [-1e6, 1e6], Absent, "constant speed from the start angle");

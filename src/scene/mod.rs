@@ -31,6 +31,8 @@ mod validate;
 use std::io::ErrorKind;
 use std::path::Path;
 
+use crate::nearest::did_you_mean_file;
+
 pub use error::SceneError;
 pub use key::KeyRow;
 pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
@@ -84,6 +86,26 @@ fn is_campaign(text: &str) -> bool {
     toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("vary"))
 }
 
+/// Tables of a scene that keys are written in.
+const TABLES: [&str; 13] =
+    ["crank", "rod", "beam", "slider", "base", "tip", "gravity", "start", "drive", "pulse", "torque", "commands", "solver"];
+
+/// Whether a name is a change of a scene's key that lacks its option, such as `rod.length_m=0.3`.
+pub(crate) fn is_key_of_a_scene(name: &str) -> bool {
+    let key = name.split_once('=').map_or("", |(key, _)| key);
+    let is_word = |word: &str| !word.is_empty() && word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+    let is_table = key.split('.').next().is_some_and(|first| TABLES.contains(&first));
+    is_table && key.contains('.') && key.split('.').all(is_word)
+}
+
+/// The refusal of a name that no scene has.
+fn absent(name: &str) -> SceneError {
+    match did_you_mean_file(Path::new(name)) {
+        none if none.is_empty() => builtin::unknown(name, ", nor a file"),
+        near => SceneError::whole(name, format!("not a built-in scene, nor a file{near}")),
+    }
+}
+
 impl SceneSource {
     /// Reads and validates `name`, a built-in scene or a file, with `KEY=VALUE` overrides.
     ///
@@ -98,7 +120,10 @@ impl SceneSource {
             return Self::parse(name, scene.text, overrides);
         }
         let bytes = text_file::beginning(Path::new(name), SIZE_LIMIT).map_err(|error| match error.kind() {
-            ErrorKind::NotFound => builtin::unknown(name, ", nor a file"),
+            ErrorKind::NotFound if is_key_of_a_scene(name) => {
+                SceneError::whole(name, format!("not a scene: a key of one is changed with --set {name}"))
+            }
+            ErrorKind::NotFound => absent(name),
             _ => SceneError::whole(name, format!("cannot be read: {error}")),
         })?;
         if bytes.starts_with(RECORDING) {

@@ -25,9 +25,9 @@ pub struct Shortening {
     pub link: LinkName,
     /// Its length, m.
     pub length_m: f64,
-    /// Largest axial force, mean over the length, N: compression or tension.
+    /// Largest axial force, mean over the length, N: positive in tension.
     pub force_n: f64,
-    /// Shortening by that force, `N L / (E A)`, m.
+    /// Size of the change of length by that force, `|N| L / (E A)`, m: shortening, or under tension stretch.
     pub shortening_m: f64,
     /// Largest deflection from the chord, m.
     pub deflection_m: f64,
@@ -100,7 +100,8 @@ pub fn shortenings_until(scene: &Scene, until_s: f64) -> Result<Vec<Shortening>,
     loop {
         simulation.step()?;
         for (link, peak) in simulation.observe()?.links.iter().zip(&mut peaks) {
-            *peak = [peak[0].max(axial_n(link).abs()), peak[1].max(deflection_m(link))];
+            let force_n = axial_n(link);
+            *peak = [if force_n.abs() > peak[0].abs() { force_n } else { peak[0] }, peak[1].max(deflection_m(link))];
         }
         if simulation.time_s() >= until_s {
             break;
@@ -111,7 +112,7 @@ pub fn shortenings_until(scene: &Scene, until_s: f64) -> Result<Vec<Shortening>,
         End::Free { .. } => None,
     };
     let of = |(link, [force_n, deflection_m]): (&Link, [f64; 2])| {
-        let shortening_m = force_n * link.length_m / link.bar?.axial_stiffness_n();
+        let shortening_m = force_n.abs() * link.length_m / link.bar?.axial_stiffness_n();
         Some(Shortening { link: link.name, length_m: link.length_m, force_n, shortening_m, deflection_m, crank_m })
     };
     Ok(chain.links.iter().zip(peaks).filter(|(link, _)| stiff(link)).filter_map(of).collect())

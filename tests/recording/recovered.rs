@@ -369,8 +369,11 @@ fn regress_a_file_that_ends_in_its_first_chunk_leads_to_recover() -> Outcome {
         assert!(code == Some(expected.0) && said.contains(&expected.1), "{said}");
     }
     let (code, said) = ask(&["info"], &short)?;
-    let nothing = "short.mcap: no messages: the file is still being recorded, or was cut off\n";
-    assert!(code == Some(1) && said.ends_with(nothing), "{said}");
+    let nothing = "  ends early    the file is still being recorded, or was cut off; everything before is listed\n";
+    assert!(code == Some(3) && said.contains(" 0 messages\n  recorded      nothing\n") && said.ends_with(nothing), "{said}");
+    std::fs::write(&short, &bytes[..100])?;
+    let (code, said) = ask(&["verify"], &short)?;
+    assert!(code == Some(1) && said.contains("no metadata and scene: the file is still being recorded, was cut off"), "{said}");
     let (code, said) = program(&[&cut, Path::new("-o"), &saved])?;
     assert_eq!(code, Some(3), "{said}");
     let (code, said) = ask(&resume, &saved)?;

@@ -97,3 +97,17 @@ fn regress_a_service_listens_on_no_port_that_it_is_to_connect_to() -> Result<(),
     assert_eq!(local_port(&format!("tcp/192.0.2.1:{port}")), None, "of another machine");
     Ok(())
 }
+
+/// Whoever holds a port of this machine's services and never answers kept a session from closing for ten seconds.
+#[test]
+fn regress_a_mute_program_on_a_port_keeps_no_session_open() -> Result<(), Box<dyn std::error::Error>> {
+    let mut ports = PORTS;
+    let mute = ports.find_map(|port| TcpListener::bind(loopback(port)).ok()).ok_or("no free port")?;
+    let (session, _) = BusOptions::default().open_listening()?;
+    let asked = std::time::Instant::now();
+    session.close().wait().map_err(|error| error.to_string())?;
+    let took = asked.elapsed();
+    assert!(took < Duration::from_secs(6), "{took:?}");
+    drop(mute);
+    Ok(())
+}

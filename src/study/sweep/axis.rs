@@ -52,10 +52,18 @@ impl Axis {
     pub(super) fn on_grid(&self, place: u64) -> Value {
         match &self.levels {
             Levels::Range { min, max, log, count } => {
-                let (place, last) = (place as f64, count.saturating_sub(1).max(1) as f64);
+                let last = count.saturating_sub(1).max(1);
+                let share = place as f64 / last as f64;
                 // Free of rounding where it is a whole number, as keys of counts need it.
-                let even = (min * (last - place) + max * place) / last;
-                if !log && even.fract() == 0.0 { Value::Number(even) } else { self.at(place / last) }
+                let even = (min * (last - place.min(last)) as f64 + max * place as f64) / last as f64;
+                match self.at(share) {
+                    Value::Number(_) if !log && even.fract() == 0.0 => Value::Number(even),
+                    Value::Number(within) if 0 < place && place < last => {
+                        let size = if *log { within } else { min.abs().max(max.abs()) };
+                        Value::Number(without_rounding(within, size).clamp(*min, *max))
+                    }
+                    bound => bound,
+                }
             }
             Levels::Listed(values) => Value::Listed(values[(place as usize).min(values.len() - 1)].clone()),
         }
@@ -88,6 +96,16 @@ impl Axis {
             Levels::Listed(values) => values.iter().all(|value| value.is_float() || value.is_integer()),
         }
     }
+}
+
+/// A number that comes of others of this size, without the digits beyond their 15th: 0.15 for 0.15000000000000002.
+fn without_rounding(number: f64, size: f64) -> f64 {
+    let places = 14.0 - size.log10().floor();
+    // Larger numbers have no places to leave out, and smaller ones than this have too many to write.
+    if !(0.0..=300.0).contains(&places) {
+        return number;
+    }
+    format!("{number:.*}", places as usize).parse().map_or(number, |rounded: f64| rounded + 0.0)
 }
 
 impl Value {

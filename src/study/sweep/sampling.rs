@@ -74,7 +74,7 @@ mod tests {
         );
         let words: Vec<String> =
             (0..spec.runs()).map(|run| values(&spec, run).iter().map(Value::word).collect::<Vec<_>>().join(" ")).collect();
-        assert_eq!(words, ["x 1", "x 10.000000000000002", "x 100", "2 1", "2 10.000000000000002", "2 100"]);
+        assert_eq!(words, ["x 1", "x 10", "x 100", "2 1", "2 10", "2 100"]);
     }
 
     /// The place 15 of 22 was 14.999999999999998.
@@ -86,6 +86,21 @@ mod tests {
             let step = (most - least) / (count - 1);
             let whole: Vec<String> = (0..count).map(|place| (least + step * place).to_string()).collect();
             assert_eq!(words, whole);
+        }
+    }
+
+    /// 0.15 was 0.15000000000000002, and 0 was -1.4e-17.
+    #[test]
+    fn regress_values_of_a_grid_have_no_digits_of_rounding() {
+        for (min, max, expected) in [
+            (0.1, 0.3, "0.1 0.15 0.2 0.25 0.3"),
+            (-0.1, 0.3, "-0.1 0 0.1 0.2 0.3"),
+            (-2.0, 0.2, "-2 -1.45 -0.9 -0.35 0.2"),
+            (1e-9, 2e-9, "1e-9 1.25e-9 1.5e-9 1.75e-9 2e-9"),
+        ] {
+            let spec = spec("grid", &format!("[[vary]]\nkey = \"a\"\nmin = {min:?}\nmax = {max:?}\ncount = 5"));
+            let words: Vec<String> = (0..spec.runs()).flat_map(|run| values(&spec, run)).map(|value| value.toml()).collect();
+            assert_eq!(words.join(" "), expected);
         }
     }
 

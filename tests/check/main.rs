@@ -1,5 +1,7 @@
 //! `check` measures the error of the step, and warns where that loses the motion.
 
+mod pendulum;
+
 use std::error::Error;
 use std::process::Command;
 
@@ -107,8 +109,8 @@ fn regress_two_turns_of_a_slow_drive_are_looked_at_or_a_line_says_how_far() -> T
     let found: serde_json::Value = serde_json::from_str(&checked(press, &[], &["--json"])?.0)?;
     let rod = found["shortening"].as_array().and_then(|links| links.iter().find(|link| link["link"] == "rod")).ok_or("no rod")?;
     let force_n = 4e5 / (1.0 - (0.16 * 6.1_f64.sin()).powi(2)).sqrt() - 120.0 * 9.81;
-    let found_n = rod["force_n"].as_f64().ok_or("no force")?;
-    assert!((found_n / force_n - 1.0).abs() < 5e-3, "{found_n} N for {force_n} N");
+    let compression_n = -rod["force_n"].as_f64().ok_or("no force")?;
+    assert!((compression_n / force_n - 1.0).abs() < 5e-3, "{compression_n} N for {force_n} N");
     assert!(rod["recommends_axial"] == true && found["looked_at"].is_null(), "{found}");
 
     let slower = ["drive.speed_rad_per_s=1e-5".to_owned()];
