@@ -22,7 +22,7 @@ const LINK_TIMEOUT: Duration = Duration::from_secs(2);
 const POLL_PERIOD: Duration = Duration::from_millis(20);
 /// Attempts to take another free port if one is lost to another service.
 const PORT_RETRIES: u32 = 50;
-/// Longest that a service of this machine may take to answer: a session does not close while it waits, and whoever holds the port may
+/// Longest that a service of this machine may take to answer: a session does not close while it waits, and the program on the port may
 /// be mute. Beyond this machine, zenoh's ten seconds stand.
 const OPEN_TIMEOUT: (&str, &str) = ("transport/unicast/open_timeout", "2000");
 const LISTEN: &str = "listen/endpoints";

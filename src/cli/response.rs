@@ -11,7 +11,7 @@ use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
-use super::linear_args::{Linear, LinearArgs};
+use super::linear_args::{Linear, LinearArgs, NO_INPUT};
 use super::mode_figures::rounded;
 use super::output::output;
 use super::phases::{unwrap, within_half_a_turn};
@@ -48,8 +48,6 @@ const SMALL_RAD: f64 = 1.0;
 const GROWS: f64 = 1e-6;
 /// Modes that decide which frequencies are of interest.
 const MODES: usize = 10;
-/// The way to an input of a chain that has none.
-const FREE: &str = "--crank free has torque_nm";
 /// Without modes, Hz and s.
 const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 
@@ -143,10 +141,10 @@ impl Args {
         let (space, natural) = (&linear.space, natural_hz(found));
         let input = match &self.input {
             Some(name) if name == "torque_nm" && linear.chosen.subject.is_held() => {
-                return Err(Failure::Usage(format!("no input \"torque_nm\": the crank is held; {FREE}")));
+                return Err(Failure::Usage("no input \"torque_nm\": the crank is held; --crank free has it".to_owned()));
             }
             _ if space.inputs.is_empty() => {
-                return Err(Failure::Usage(format!("no input: the crank is held, and the chain has no slider; {FREE}")));
+                return Err(Failure::Usage(NO_INPUT.to_owned()));
             }
             Some(name) => place(name, &space.inputs, "input")?,
             None => 0,

@@ -13,7 +13,7 @@ pub(super) fn sudden_start(scene: &Scene) -> Vec<String> {
     scene.chain().map_or(Vec::new(), |chain| [at_speed(scene, chain), under_load(scene, chain)].into_iter().flatten().collect())
 }
 
-/// Of a start at speed: the load is that of their inertia.
+/// The warning of a start at speed: the load is that of their inertia.
 fn at_speed(scene: &Scene, chain: &Chain) -> Option<String> {
     let motion = Loads::new(scene).input(0.0).motion;
     let rad_per_s = motion.map_or(chain.start.rate_rad_per_s, |[_, rad_per_s, _]| rad_per_s);
@@ -34,7 +34,7 @@ fn at_speed(scene: &Scene, chain: &Chain) -> Option<String> {
     })
 }
 
-/// Of a start under the slider's resistance.
+/// The warning of a start under the slider's resistance.
 fn under_load(scene: &Scene, chain: &Chain) -> Option<String> {
     let End::Slider(slider) = &chain.end else { return None };
     let motion = Loads::new(scene).input(0.0).motion;

@@ -131,7 +131,7 @@ impl Growth {
         if alike && coarse > BOUND && fine > BOUND && (near || coarse.min(fine) > BEYOND_DOUBT * BOUND) {
             return Judged::Grows(fine);
         }
-        // What is small, and smaller with shorter steps, is theirs.
+        // A growth that is small, and smaller with shorter steps, is theirs.
         let settled = near || fine <= coarse && coarse <= BOUND;
         let agrees = settled && f64::from(self.steps) >= self.fine.needed_steps;
         if agrees && reached && first && fine <= BOUND { Judged::Stays(fine) } else { Judged::Unknown }

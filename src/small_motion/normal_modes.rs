@@ -233,7 +233,8 @@ mod tests {
             let scene = super::super::examples::arm(&[&model, &crank, &rod, "base.damper_nm_s_per_rad=5e-4"])?;
             for count in 1..40 {
                 for angle_rad in [0.0, 0.9] {
-                    let found = NormalModes::new(&scene, angle_rad, count)?;
+                    let found = NormalModes::new(&scene, angle_rad, count)
+                        .map_err(|error| format!("{model}, {crank}, {count}: {error}"))?;
                     let free = found.modes().iter().filter(|mode| mode.mode.eigenvalue.norm() == 0.0).count();
                     assert_eq!(free, count.min(2), "{model}, {crank}, {count}, {angle_rad} rad");
                 }

@@ -32,7 +32,11 @@ const FAR_BELOW: f64 = 1e4;
 const GAP: f64 = 4.0;
 /// A lower shift that does not end below this part of the one before finds the same again: the search ends there.
 const LOWER: f64 = 0.1;
-/// Iterations of the eigenvalue routine for every row of its matrix; more than it ever needs.
+/// Eigenvectors are found with a shift beside their eigenvalue by one of these parts of it.
+const BESIDE: [f64; 3] = [1e-13, 7e-13, 5e-12];
+/// A subspace in which the eigenvalue routine does not end is grown by so many vectors, and so often.
+const GROWN: (usize, usize) = (7, 3);
+/// Iterations of the eigenvalue routine for every row of its matrix; more than it mostly needs.
 const ITERATIONS: usize = 100;
 
 /// One eigenvalue and its vector; of a conjugate pair, the one with the positive imaginary part.
@@ -141,7 +145,8 @@ impl FarBelow {
     /// second rotation was lost. So as many more are looked for.
     fn pairs(&self, system: &Linearised, above: f64) -> Result<Vec<Eigenpair>, NoModes> {
         let own = graded(system, Wanted::Eigenvalues(self.number), (self.shift, above))?.0;
-        let more = about(system, Wanted::Eigenvalues(2 * self.number), self.shift)?.pairs;
+        // Where that does not end, those that are known stand.
+        let more = about(system, Wanted::Eigenvalues(2 * self.number), self.shift).map_or(Vec::new(), |found| found.pairs);
         let more: Vec<Eigenpair> = more.into_iter().map(|(_, pair)| pair).filter(|pair| pair.value.norm() < self.end).collect();
         Ok(if more.len() > own.len() { more } else { own })
     }
@@ -206,9 +211,15 @@ fn about(system: &Linearised, wanted: Wanted, shift: f64) -> Result<Found, NoMod
         return pairs(system, wanted, shift, &whole);
     }
     let (Wanted::Pairs(count) | Wanted::Eigenvalues(count)) = wanted;
-    let mut vectors = (2 * count + SPARE).min(rows);
+    let (mut vectors, mut failures) = ((2 * count + SPARE).min(rows), 0);
     loop {
-        let found = pairs(system, wanted, shift, &krylov(&inverse, rows, vectors))?;
+        let found = match pairs(system, wanted, shift, &krylov(&inverse, rows, vectors)) {
+            Err(NoModes::NotFound) if failures < GROWN.1 && vectors < rows => {
+                (vectors, failures) = ((vectors + GROWN.0).min(rows), failures + 1);
+                continue;
+            }
+            found => found?,
+        };
         if found.residual <= TOLERANCE && found.is_whole || vectors == rows {
             return Ok(found);
         }
@@ -304,8 +315,13 @@ fn stiffest(system: &Linearised) -> f64 {
 
 /// By three steps of inverse iteration.
 fn eigenvector(matrix: &DMatrix<f64>, theta: Complex<f64>) -> Result<DVector<Complex<f64>>, NoModes> {
+    BESIDE.into_iter().find_map(|beside| eigenvector_beside(matrix, theta, beside)).ok_or(NoModes::NotFound)
+}
+
+/// That iteration with a shift beside the eigenvalue by a part of it; `None` where the matrix is singular there.
+fn eigenvector_beside(matrix: &DMatrix<f64>, theta: Complex<f64>, part: f64) -> Option<DVector<Complex<f64>>> {
     let rows = matrix.nrows();
-    let beside = theta * (1.0 + 1e-13) + Complex::new(1e-300, 0.0);
+    let beside = theta * (1.0 + part) + Complex::new(1e-300, 0.0);
     let mut shifted = matrix.map(|entry| Complex::new(entry, 0.0));
     for k in 0..rows {
         shifted[(k, k)] -= beside;
@@ -313,10 +329,10 @@ fn eigenvector(matrix: &DMatrix<f64>, theta: Complex<f64>) -> Result<DVector<Com
     let factors = shifted.lu();
     let mut vector = DVector::from_fn(rows, |i, _| Complex::new(1.0 + (i as f64 * 1.234_567).sin(), 0.3));
     for _ in 0..3 {
-        vector = factors.solve(&vector).ok_or(NoModes::NotFound)?;
+        vector = factors.solve(&vector)?;
         vector /= Complex::new(vector.norm(), 0.0);
     }
-    if vector.iter().all(|entry| entry.re.is_finite() && entry.im.is_finite()) { Ok(vector) } else { Err(NoModes::NotFound) }
+    vector.iter().all(|entry| entry.re.is_finite() && entry.im.is_finite()).then_some(vector)
 }
 
 /// With `φᴴ M φ = 1`, its phase such that as much as possible of it is real.

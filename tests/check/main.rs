@@ -1,6 +1,7 @@
 //! `check` measures the error of the step, and warns where that loses the motion.
 
 mod pendulum;
+mod sudden_start;
 
 use std::error::Error;
 use std::process::Command;
@@ -375,27 +376,5 @@ fn regress_maps_in_which_nothing_moves_are_warned_of() -> Tried {
         assert!(swept("weight-modal", start)?.contains(&warning(until)));
     }
     assert_eq!(swept("weight-modal", "pulse.0.start_s=0")? + &swept("crank-speed-modal-esdirk", "pulse.0.start_s=5")?, "");
-    Ok(())
-}
-
-/// Links carry no load of their inertia at a start at speed; peaks followed from their ringing, and no command said so.
-#[test]
-fn regress_a_start_at_speed_is_warned_of_where_links_bend() -> Tried {
-    let began = "warning: the scene starts at 20 rad/s with links that carry no load of their own inertia yet: they ring, and first \
-                 peaks of deflections and forces are up to twice the steady ones; ";
-    let driven = |by: &str| vec!["pulse=[]".to_owned(), format!("drive.{by}")];
-    let rigid = [driven("speed_rad_per_s=20"), vec!["solver.model=rigid".to_owned()]].concat();
-    for (keys, way_on) in [
-        (driven("speed_rad_per_s=20"), Some("a drive.ramp from rest begins smoothly\n")),
-        (driven("table=[[0,0],[0.1,2]]"), Some("a drive.table whose first two rows have one angle begins at rest\n")),
-        (vec!["start.rate_rad_per_s=20".to_owned()], Some("their damping lets that fade\n")),
-        (driven("ramp={to_rad_per_s=20,over_s=0.1}"), None),
-        (driven("table=[[0,0],[0.03,0],[0.07,0.6],[0.1,2]]"), None),
-        (rigid, None),
-    ] {
-        let (_, said) = checked("crank-slider", &keys, &["--until", "0.1"])?;
-        let told = said.split_once(began).map(|(_, way_on)| way_on);
-        assert!(way_on.map_or(told.is_none(), |way_on| told.is_some_and(|told| told.starts_with(way_on))), "{said}");
-    }
     Ok(())
 }

@@ -98,7 +98,7 @@ fn regress_a_service_listens_on_no_port_that_it_is_to_connect_to() -> Result<(),
     Ok(())
 }
 
-/// Whoever holds a port of this machine's services and never answers kept a session from closing for ten seconds.
+/// A mute program on a port of this machine's services kept a session from closing for ten seconds.
 #[test]
 fn regress_a_mute_program_on_a_port_keeps_no_session_open() -> Result<(), Box<dyn std::error::Error>> {
     let mut ports = PORTS;
