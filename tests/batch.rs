@@ -68,7 +68,9 @@ fn regress_runs_that_start_together_number_the_default_name() -> Tried {
         for child in children {
             let ended = child.wait_with_output()?;
             let said = String::from_utf8(ended.stderr)?;
-            assert!(ended.status.success(), "{:?}: {said}", ended.status);
+            // A busy machine may lose samples of six runs at twenty times real time, which is said, and is not asked here.
+            let is_told = ended.status.code() == Some(3) && said.contains("dropped because bus or disk could not keep up");
+            assert!(ended.status.success() || is_told, "{:?}: {said}", ended.status);
             let named = said.split_once("on the bus as flexcrank/").and_then(|(_, rest)| rest.split_once(" at tcp/127.0.0.1:"));
             let (name, rest) = named.ok_or_else(|| format!("no name and endpoint in {said}"))?;
             let port = rest.split(';').next().unwrap_or_default();
