@@ -7,6 +7,8 @@ use crate::study::Table;
 const REGULAR: f64 = 0.9;
 /// Intervals longer than this many regular ones are gaps.
 const GAP: f64 = 1.5;
+/// Steps that differ by more than this factor do not differ by rounding.
+const CHANGED: f64 = 1.01;
 /// Steps longer than this part of the time between samples were all published.
 pub(super) const EVERY_STEP: f64 = 0.75;
 
@@ -33,12 +35,17 @@ pub(super) fn intervals(table: &Table) -> Vec<Interval> {
     (1..times_s.len()).filter(is_in_epoch).map(interval).filter(|interval| interval.duration_s > 0.0).collect()
 }
 
-/// The longest interval that is no gap, s. Intervals differ where the rate does not fit the step.
+/// The longest interval that is no gap, s. Intervals differ where the rate does not fit the step, and where the step was changed: one that
+/// leaves out no step is no gap, however long.
 pub(super) fn regular_s(table: &Table) -> Option<f64> {
-    let mut durations_s: Vec<f64> = intervals(table).into_iter().map(|interval| interval.duration_s).collect();
+    let all = intervals(table);
+    let mut durations_s: Vec<f64> = all.iter().map(|interval| interval.duration_s).collect();
     durations_s.sort_by(f64::total_cmp);
     let last = durations_s.len().checked_sub(1)?;
-    durations_s.get((REGULAR * last as f64) as usize).copied()
+    let steps = table.column("stamp.step").unwrap_or_default();
+    let leaves_out_none = |interval: &&Interval| interval.ends(steps).is_some_and(|[from, to]| to - from == 1.0);
+    let of_a_step_s = all.iter().filter(leaves_out_none).map(|interval| interval.duration_s);
+    durations_s.get((REGULAR * last as f64) as usize).copied().into_iter().chain(of_a_step_s).reduce(f64::max)
 }
 
 /// The intervals that are no gaps.
@@ -47,9 +54,11 @@ pub(super) fn regular_intervals(table: &Table) -> Vec<Interval> {
     intervals(table).into_iter().filter(|interval| interval.duration_s < gap_s).collect()
 }
 
-/// The shortest step between samples, s.
+/// The step between samples, s: the longest, where it was changed.
 pub(super) fn step_s(table: &Table) -> Option<f64> {
     let steps = table.column("stamp.step")?;
     let step_s = |Interval { row, duration_s }| duration_s / (steps[row] - steps[row - 1]);
-    intervals(table).into_iter().map(step_s).filter(|step_s| *step_s > 0.0).reduce(f64::min)
+    let all_s = || intervals(table).into_iter().map(step_s).filter(|step_s| *step_s > 0.0);
+    let [shortest_s, longest_s] = [all_s().reduce(f64::min)?, all_s().reduce(f64::max)?];
+    Some(if longest_s > CHANGED * shortest_s { longest_s } else { shortest_s })
 }

@@ -37,8 +37,13 @@ fn regress_a_start_under_resistance_is_warned_of_where_links_bend() -> Tried {
         (vec![table, "solver.model=rigid"], false),
         (vec!["crank.rigid=false"], false),
     ] {
-        let ramp =
-            ["pulse=[]", "drive.ramp={to_rad_per_s=2,over_s=1}", "rod.section.height_m=0.03", "crank.section.height_m=0.03"];
+        let ramp = [
+            "solver.step_s=1e-4",
+            "pulse=[]",
+            "drive.ramp={to_rad_per_s=2,over_s=1}",
+            "rod.section.height_m=0.03",
+            "crank.section.height_m=0.03",
+        ];
         let given: Vec<String> = ramp.iter().chain(&keys).map(|&key| key.to_owned()).collect();
         let (_, said) = checked("crank-slider", &given, &["--until", "0.05"])?;
         assert_eq!(said.contains(warning), is_warned_of, "{keys:?}: {said}");
