@@ -25,6 +25,7 @@ pub use mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilib
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
+#[cfg(feature = "service")]
 pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
 pub use transfer::{CannotTransfer, Present, Transfer};

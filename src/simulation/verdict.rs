@@ -20,6 +20,7 @@ impl Simulation {
     }
 
     /// Takes over the verdict on the epochs before that of another simulation of the same session.
+    #[cfg(feature = "service")]
     pub(crate) fn keep_distrust_of(&mut self, other: &Simulation) {
         self.distrusted = other.distrusted;
     }
