@@ -60,6 +60,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         must_suit_recording(path)?;
         must_have_folder(path)?;
     }
+    tell_endless(&args);
     // While the scenes are prepared, and `--fixed-cost` rates them, a signal ends the process: nothing is to be kept.
     let preparing = Interruption::watch()?;
     let (fixed, starts) = starts(&args)?;
@@ -97,6 +98,13 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         say_reason!("interrupted before --until");
     }
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
+}
+
+/// Tells of a run that computes as fast as it can, and ends by itself at no time.
+fn tell_endless(args: &Args) {
+    if args.pace == Pace::Max && args.until.is_none() {
+        say!("warning: --pace max without --until computes on until it is stopped, as by Ctrl-C");
+    }
 }
 
 /// Refuses a run for whose steps nobody can ask.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::failure::{CommandResult, Failure};
+use crate::csv_faults::{broken_row, no_number, other_separator};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::text_file;
@@ -30,9 +31,12 @@ pub(super) fn read(path: &Path) -> CommandResult<Vec<ListedPulse>> {
 /// Parses pulses, or returns the line and reason of the first error. Lines that begin with # are comments.
 fn parse(text: &str) -> Result<Vec<ListedPulse>, (u64, String)> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let broken = |error: csv::Error| (error.position().map_or(1, csv::Position::line), error.to_string());
+    let broken = |error: csv::Error| (error.position().map_or(1, csv::Position::line), broken_row(&error));
     let header = reader.headers().map_err(broken)?.clone();
     let line = header.position().map_or(1, csv::Position::line);
+    if let Some(why) = other_separator(&header) {
+        return Err((line, why.to_owned()));
+    }
     let unknown = header.iter().find(|column| !COLUMNS.contains(column));
     if let Some(unknown) = unknown {
         return Err((line, format!("unknown column `{unknown}`: columns are {}", COLUMNS.join(", "))));
@@ -66,7 +70,7 @@ fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Resu
     };
     let number = |name: &str| {
         let finite = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
-        field(name).map(|text| finite(text).ok_or_else(|| format!("{name} = `{text}` is not a finite number"))).transpose()
+        field(name).map(|text| finite(text).ok_or_else(|| format!("{name} = `{text}`: {}", no_number(text)))).transpose()
     };
     let needed = |name: &str| number(name)?.ok_or_else(|| format!("{name} is empty"));
     let shape = match field("shape") {
@@ -113,7 +117,10 @@ mod tests {
             ("torque_nm,duration_s,shape\n1,1,square\n", 2, "shape = `square`"),
             ("torque_nm,duration_s\n1,1\n1,-0.1\n", 3, "duration_s = -0.1"),
             ("torque_nm,duration_s,delay_s\n1,1,1e9\n", 2, "delay_s = 1000000000"),
-            ("torque_nm,duration_s\n1,1\n1\n", 3, "fields"),
+            ("torque_nm,duration_s\n1,1\n1\n", 3, "1 value in a table of 2 columns"),
+            ("torque_nm,duration_s\n2,5,0.1\n", 2, "3 values in a table of 2 columns; a number has a decimal point, not a comma"),
+            ("torque_nm,duration_s\n\"2,5\",0.1\n", 2, "torque_nm = `2,5`: a number has a decimal point, not a comma: 2.5"),
+            ("torque_nm;duration_s\n2,5;0,1\n", 1, "separated by semicolons"),
             ("torque_nm,duration_s\n", 1, "no pulse"),
             ("", 1, "missing"),
         ] {

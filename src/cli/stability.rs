@@ -1,6 +1,6 @@
 //! `stability`: the schemes on one mass, and a crank-slider at the extremes.
 
-use std::io::Write as _;
+use std::io::Write;
 use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ use crate::simulation::Simulation;
 use crate::study::Table;
 use crate::study::stability::{
     BOUND, BaseScene, Category, Extent, Label, MapPlan, Outcome, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer,
-    fails_finer_table, labels, left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
+    fails_finer_table, labels, left_half_plane_table, order_table, radius_table, refusals, sweep, table, write_ends,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -309,6 +309,22 @@ fn blamed(label: &str) -> String {
     }
 }
 
+/// Prints why cells were refused: the reasons of a tenth of them or more, and how many have another.
+fn show_refusals(out: &mut impl Write, refused: usize, swept: &[Swept]) -> CommandResult<()> {
+    let mut others = 0;
+    for (reason, count) in refusals(swept) {
+        if 10 * count < refused {
+            others += count;
+        } else {
+            writeln!(out, "{count:>16}  {reason}")?;
+        }
+    }
+    if others > 0 {
+        writeln!(out, "{others:>16}  other reasons: --csv writes each cell's to cells.csv")?;
+    }
+    Ok(())
+}
+
 fn conclude(swept: &[Swept]) -> CommandResult {
     let mut out = output();
     let counts = counts(swept);
@@ -323,6 +339,9 @@ fn conclude(swept: &[Swept]) -> CommandResult {
         let causes = causes(swept).into_iter().filter(|(_, count)| *category == Category::Diverged && *count > 0);
         for (cause, count) in causes {
             writeln!(out, "{count:>16}  {cause}")?;
+        }
+        if *category == Category::Refused {
+            show_refusals(&mut out, count, swept)?;
         }
     }
     writeln!(out, "{:>8}  run at one step and fail at the next finer one", fails_finer(swept).len())?;

@@ -1,6 +1,6 @@
 //! Validation: raw structs become the typed scene. Every range and every rule between keys is checked here.
 
-use super::table::{ascending, shown_row};
+use super::table::ascending;
 use super::{SceneError, check::Checker, document::SceneText, keys, level, link, oscillator, raw, types::*};
 use keys::{INTEGRATORS, MODELS, SHAPES};
 
@@ -97,16 +97,12 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     if slider.resistance_n.is_some() {
         return Err(check.refuse_one_of(key, &["slider.resistance_n"], "give resistance_n or resistance_table, not both"));
     }
-    let table = ascending(check, key, table)?;
-    let turn = std::f64::consts::TAU;
-    let is_refused = |[angle, force]: &[f64; 2]| !(0.0..turn).contains(angle) || !keys::RESISTANCE.allows(*force);
-    if let Some(row) = table.iter().position(is_refused) {
+    let problem_of = |[angle, force]: [f64; 2]| {
+        let is_allowed = (0.0..std::f64::consts::TAU).contains(&angle) && keys::RESISTANCE.allows(force);
         let range = keys::RESISTANCE.range();
-        let problem =
-            format!("{}: angles must be from 0 to below 2π (6.2831…) and forces from {range} N", shown_row(&table[row], row));
-        return Err(check.refuse(key, problem));
-    }
-    Ok(Resistance::Table(table))
+        (!is_allowed).then(|| format!("angles must be from 0 to below 2π (6.2831…) and forces from {range} N"))
+    };
+    Ok(Resistance::Table(ascending(check, key, table, problem_of)?))
 }
 
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
@@ -133,7 +129,7 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
             for (key, _) in given.into_iter().filter(|(_, value)| value.is_some()) {
                 check.note(|| check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
             }
-            Motion::Table(ascending(check, "drive.table", table)?)
+            Motion::Table(ascending(check, "drive.table", table, |_| None)?)
         }
         _ => {
             let motions = ["drive.speed_rad_per_s", "drive.ramp", "drive.table"];

@@ -1,5 +1,6 @@
 //! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
+use crate::csv_faults::{broken_row, other_separator};
 use crate::text_file;
 use crate::whole_file::WholeFile;
 use std::io;
@@ -31,16 +32,9 @@ fn shortest(value: f64) -> String {
 
 /// The reason why a first row does not name columns.
 fn not_names(row: &csv::StringRecord) -> Option<&'static str> {
-    let has = |separator: char| row.iter().any(|cell| cell.contains(separator));
     let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
-    if has(';') {
-        return Some("columns are separated by semicolons: separate them by commas, and write decimals with a point");
-    }
-    if has('\t') {
-        return Some("columns are separated by tabs: separate them by commas");
-    }
     let no_header = "the first line has numbers: a header with the columns' names is needed";
-    (!row.is_empty() && row.iter().all(is_number)).then_some(no_header)
+    other_separator(row).or((!row.is_empty() && row.iter().all(is_number)).then_some(no_header))
 }
 
 impl Table {
@@ -126,12 +120,17 @@ impl Table {
         let text = text_file::read(path, SIZE_LIMIT).map_err(|cause| error(cause.into()))?;
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let names = reader.headers().map_err(error)?.clone();
+        let refuse = |why: String| error(io::Error::new(io::ErrorKind::InvalidData, why).into());
         if let Some(why) = not_names(&names) {
-            return Err(error(io::Error::new(io::ErrorKind::InvalidData, why).into()));
+            return Err(refuse(why.to_owned()));
         }
+        let broken = |broken: csv::Error| {
+            let line = broken.position().map_or(String::new(), |position| format!("line {}: ", position.line()));
+            refuse(format!("{line}{}", broken_row(&broken)))
+        };
         let mut cells: Vec<(String, Vec<String>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();
         for record in reader.records() {
-            for (cell, (_, column)) in record.map_err(error)?.iter().zip(&mut cells) {
+            for (cell, (_, column)) in record.map_err(broken)?.iter().zip(&mut cells) {
                 column.push(cell.to_owned());
             }
         }

@@ -29,6 +29,6 @@ pub use maps::Extent;
 pub use outcome::{Category, Outcome};
 pub use plan::{Axis, Cell, Map, MapPlan, Measure, NoMap, Spacing, Switch};
 pub use quantity::Quantity;
-pub use report::{FailsFiner, causes, counts, fails_finer, fails_finer_table, grid, labels, table, write_ends};
+pub use report::{FailsFiner, causes, counts, fails_finer, fails_finer_table, grid, labels, refusals, table, write_ends};
 pub use schemes::{Scheme, order_table, radius_table};
 pub use sweep::{Swept, sweep};

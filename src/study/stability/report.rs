@@ -70,6 +70,31 @@ pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 6] {
     ]
 }
 
+/// Number of refused cells per reason, most first. What a cell gave its scene is left out of the reason.
+pub fn refusals(swept: &[Swept]) -> Vec<(&str, usize)> {
+    let mut reasons: Vec<(&str, usize)> = Vec::new();
+    for end in swept.iter().flat_map(|swept| &swept.outcomes).filter(|end| end.category == Category::Refused) {
+        let reason = without_given(&end.message);
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((reason, 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    reasons
+}
+
+/// The reason in `--set KEY=VALUE: KEY = VALUE: REASON`.
+fn without_given(message: &str) -> &str {
+    let of_key = || {
+        let (given, rest) = message.strip_prefix("--set ")?.split_once(": ")?;
+        let (key, _) = given.split_once('=')?;
+        let after_value = rest.strip_prefix(key)?.strip_prefix(" = ")?.split_once(": ");
+        Some(after_value.map_or(rest, |(_, reason)| reason))
+    };
+    of_key().unwrap_or(message)
+}
+
 /// A scene that runs at one step and fails at the next finer one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FailsFiner<'a> {
@@ -153,4 +178,21 @@ pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
     }
     let file = writer.into_inner().map_err(|refused| refused.into_error())?;
     Ok(file.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_given;
+
+    #[test]
+    fn val_a_reason_is_without_what_the_cell_gave() {
+        for (message, reason) in [
+            ("--set crank.elements=0: crank.elements = 0: must be a whole number", "must be a whole number"),
+            ("--set pulse=[{ start_s = 0.0 }]: pulse = [{ start_s = 0.0 }]: no room: drop [drive]", "no room: drop [drive]"),
+            ("crank.rigid = true: flexible links alone", "crank.rigid = true: flexible links alone"),
+            ("--set a.b=1: c = 2: other", "--set a.b=1: c = 2: other"),
+        ] {
+            assert_eq!(without_given(message), reason);
+        }
+    }
 }

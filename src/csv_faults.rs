@@ -1,0 +1,34 @@
+//! What is wrong with a table of comma-separated values, in words of those who wrote it.
+
+use crate::decimal_comma::decimal_comma_hint;
+
+/// The reason why columns are not separated by commas, if this first row shows it.
+pub(crate) fn other_separator(header: &csv::StringRecord) -> Option<&'static str> {
+    let has = |separator: char| header.iter().any(|cell| cell.contains(separator));
+    if has(';') {
+        return Some("columns are separated by semicolons: separate them by commas, and write decimals with a point");
+    }
+    has('\t').then_some("columns are separated by tabs: separate them by commas")
+}
+
+/// A row that cannot be read, without its line.
+pub(crate) fn broken_row(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            let point = if len > expected_len { "; a number has a decimal point, not a comma" } else { "" };
+            let (values, columns) = (counted(*len, "value"), counted(*expected_len, "column"));
+            format!("{values} in a table of {columns}{point}")
+        }
+        csv::ErrorKind::Utf8 { .. } => "is not text in UTF-8".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+/// Why a cell is no number.
+pub(crate) fn no_number(cell: &str) -> String {
+    decimal_comma_hint(cell).unwrap_or_else(|| "not a finite number".to_owned())
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
