@@ -12,8 +12,9 @@ use super::suspect_numbers::newly_suspect;
 use super::values::{change, count, time};
 use crate::bus::{BusError, Name, Session, client};
 use crate::scene::SceneSource;
+use crate::shown::shown_s;
 use crate::wire::status::State;
-use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
+use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -122,7 +123,65 @@ pub(super) fn control(args: Args) -> CommandResult {
         warn_of_suspect_changes(&session, &args.name, changes);
     }
     let answer = Answer::to("command");
-    answer.told(send_over(&session, args.json, |session| answer.noted(client::control(session, &args.name, &message))))
+    answer.told(send_over(&session, args.json, |session| answer.noted(send(session, &args, &message))))
+}
+
+/// Sends a command. A service replies to a longer step once it has come to an instant at which that can hold: until then, the command is
+/// sent again under its id.
+fn send(session: &Session, args: &Args, message: &Control) -> Result<CommandReply, BusError> {
+    let longer = longer_step(session, &args.name, &args.action);
+    let mut is_told = false;
+    loop {
+        match (client::control(session, &args.name, message), &longer) {
+            (Err(BusError::NoReply(_)), Some(longer)) if longer.may_still_come(session, &args.name) => {
+                if !is_told {
+                    say!(
+                        "steps of {} s begin at an instant that both steps reach, at t = {} s at the latest: waiting for it. Ctrl-C ends the \
+                         waiting, not the change",
+                        longer.step_s,
+                        shown_s(longer.latest_s)
+                    );
+                }
+                is_told = true;
+            }
+            (reply, _) => return reply,
+        }
+    }
+}
+
+/// Steps longer than those of the running service, that it was asked for.
+struct LongerStep {
+    step_s: f64,
+    /// Simulated time at which they begin at the latest, s.
+    latest_s: f64,
+}
+
+impl LongerStep {
+    fn may_still_come(&self, session: &Session, name: &Name) -> bool {
+        let now_s = running_at_s(session, name);
+        now_s.is_some_and(|now_s| now_s <= self.latest_s)
+    }
+}
+
+/// The longer step that a command asks for, if it does.
+fn longer_step(session: &Session, name: &Name, action: &Action) -> Option<LongerStep> {
+    if !matches!(action, Action::Set { .. } | Action::Level { .. }) {
+        return None;
+    }
+    let running = SceneSource::parse("scene.toml", &client::scene(session, name)?, &[]).ok()?;
+    let after = match action {
+        Action::Set { changes } => running.changed(changes).ok()?,
+        Action::Level { name } => running.at_level(running.scene.levels.iter().position(|level| level.name == *name)?).ok()?,
+        _ => return None,
+    };
+    let step_s = after.scene.solver.step_s;
+    (step_s > running.scene.solver.step_s).then_some(LongerStep { step_s, latest_s: running_at_s(session, name)? + step_s })
+}
+
+/// Simulated time of the last status of a service that runs, s.
+fn running_at_s(session: &Session, name: &Name) -> Option<f64> {
+    let status = client::snapshot(session, name)?.status.filter(|status| status.state() == State::Running)?;
+    Some(status.stamp?.sim_time_s)
 }
 
 /// Warns of numbers that look like mistakes in the changed scene, unless the running one has them already. A change that no running

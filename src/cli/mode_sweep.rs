@@ -249,7 +249,7 @@ impl Swept {
         if self.refusals.is_empty() {
             Ok(ExitStatus::Success)
         } else {
-            Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
+            Err(Failure::Failed(format!("no modes were found at {} of {} points", self.refusals.len(), self.values.len())))
         }
     }
 }

@@ -98,9 +98,9 @@ impl<M: Mechanism> Integrated<M> {
 }
 
 impl<M: Mechanism> Integrated<M> {
-    /// Whether it turns by one angle.
+    /// Whether it turns by one angle and bends. Without bending, the equation of small errors keeps by itself what a course gives back.
     fn has_course(&self) -> bool {
-        matches!(self.rigid, Some(RigidChain::OneAngle(_)))
+        matches!(self.rigid, Some(RigidChain::OneAngle(_))) && self.state.q.len() > 1
     }
 
     /// Sets the rows of turns at the present state.

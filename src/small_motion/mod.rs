@@ -136,6 +136,6 @@ pub enum NoModes {
         angle_deg: f64,
     },
     /// The eigenvalue iteration failed.
-    #[error("the eigenvalues were not found")]
+    #[error("the eigenvalues were not found: fewer modes, fewer elements or less damping make them easier to find")]
     NotFound,
 }

@@ -255,3 +255,23 @@ fn goes_on_from_anywhere(source: &RecordedSession, file: &Path, random: &mut Ran
     }
     Ok(())
 }
+
+/// A client whose patience is shorter than the way to that instant sends its change again, and gets the reply to the first.
+#[test]
+fn regress_a_change_that_waits_may_be_sent_again() -> Outcome {
+    let service = Service::start(common::scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::Hz(100.0))?;
+    let say = |id: &str, action: Action| {
+        client::control(&service.client, &service.name, &Control { id: id.to_owned(), action: Some(action) })
+    };
+    // A step of 5 s can begin at 5 s, and a reply comes within three.
+    let longer = || wire::Set { changes: vec!["solver.step_s=5.0".to_owned()] };
+    assert!(say("long", Action::Set(longer())).is_err());
+    let replies = [say("long", Action::Set(longer()))?, say("long", Action::Set(longer()))?];
+    assert!(replies[0].accepted && replies[0].effective_sim_time_s == 5.0, "{replies:?}");
+    assert_eq!(replies[0], replies[1]);
+    let (_, folder) = service.stop()?;
+    let commands: Vec<AppliedCommand> = common::decoded(&folder.path().join("run.mcap"), "commands")?;
+    let changes = commands.iter().filter(|command| command.reply.as_ref().is_some_and(|reply| reply.id == "long"));
+    assert_eq!(changes.count(), 1);
+    Ok(())
+}

@@ -27,16 +27,20 @@ impl Stepper {
 
     /// Applies a change of the scene or its level, or lets it wait for a step at which it can hold.
     pub(super) fn handle_change(&mut self, command: Command) {
-        if let Some(reply) = self.ports.shared.reply_to_retry(&command.id, &command.request) {
-            let stamp = self.stamp();
-            let answer = Answer { reply, reply_to: Some(command.reply), request: None, stamp };
-            return self.send(Output::Answer(Box::new(answer)));
-        }
+        let Some(command) = self.answer_retry(command) else { return };
         match self.steps_to_change(&command) {
             Some(1..) if !self.stands_still() => self.levels.waiting.push_back(command),
             _ if !self.levels.waiting.is_empty() => self.levels.waiting.push_back(command),
             _ => self.apply_change(command),
         }
+    }
+
+    /// Answers a command that was carried out before, as then; any other is handed back.
+    fn answer_retry(&mut self, command: Command) -> Option<Command> {
+        let Some(reply) = self.ports.shared.reply_to_retry(&command.id, &command.request) else { return Some(command) };
+        let answer = Answer { reply, reply_to: Some(command.reply), request: None, stamp: self.stamp() };
+        self.send(Output::Answer(Box::new(answer)));
+        None
     }
 
     /// Steps before the change can hold; `None` if it never can.
@@ -64,6 +68,8 @@ impl Stepper {
     /// Applies the changes that wait, as far as their step has come. A run that stands still refuses them: it comes to no other step.
     pub(super) fn take_waiting_changes(&mut self) {
         while let Some(command) = self.levels.waiting.pop_front() {
+            // One before it may have been the same.
+            let Some(command) = self.answer_retry(command) else { continue };
             if !self.stands_still() && matches!(self.steps_to_change(&command), Some(1..)) {
                 return self.levels.waiting.push_front(command);
             }
