@@ -15,7 +15,7 @@ pub(crate) fn other_separator(header: &csv::StringRecord) -> Option<&'static str
 pub(crate) fn broken_row(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            let point = if len > expected_len { "; a number has a decimal point, not a comma" } else { "" };
+            let point = if len > expected_len { "; if a number was meant, it has a decimal point, not a comma" } else { "" };
             let (values, columns) = (counted(*len, "value"), counted(*expected_len, "column"));
             format!("{values} in a table of {columns}{point}")
         }
@@ -31,4 +31,11 @@ pub(crate) fn no_number(cell: &str) -> String {
 
 fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The line of the row that starts at byte `from`, without blank lines before it, nor comments if there are any.
+pub(crate) fn line_at(text: &str, from: u64, has_comments: bool) -> u64 {
+    let (before, rest) = text.split_at_checked(usize::try_from(from).unwrap_or(0)).unwrap_or(("", text));
+    let skipped = rest.lines().take_while(|line| line.is_empty() || has_comments && line.starts_with('#')).count();
+    1 + (before.matches('\n').count() + skipped) as u64
 }

@@ -13,6 +13,7 @@ pub mod bus;
 mod claim;
 #[cfg(feature = "service")]
 pub mod cli;
+#[cfg(feature = "service")]
 mod csv_faults;
 mod decimal_comma;
 #[cfg(feature = "service")]

@@ -148,6 +148,21 @@ pub fn control(session: &Session, name: &Name, control: &Control) -> Result<Comm
     command(session, &name.control(), control)
 }
 
+/// Sends a control command that may have to wait for its instant, and returns the reply; `is_late` is called after three seconds
+/// without one.
+///
+/// # Errors
+/// [`BusError::NoReply`] if no reply comes within `patience`.
+pub fn control_later(
+    session: &Session,
+    name: &Name,
+    control: &Control,
+    patience: Duration,
+    is_late: impl FnOnce(),
+) -> Result<CommandReply, BusError> {
+    ask_later(session, &name.control(), control, patience, is_late)
+}
+
 /// Sends a command to a replay and returns the reply.
 ///
 /// # Errors
@@ -167,10 +182,27 @@ fn ask<M: prost::Name, R: prost::Name + Default>(
     question: &M,
     patience: Duration,
 ) -> Result<R, BusError> {
+    ask_later(session, key, question, patience, || {})
+}
+
+/// The same; `is_late` is called where no answer came in [`REPLY_TIMEOUT`].
+fn ask_later<M: prost::Name, R: prost::Name + Default>(
+    session: &Session,
+    key: &str,
+    question: &M,
+    patience: Duration,
+    is_late: impl FnOnce(),
+) -> Result<R, BusError> {
     let query = session.get(key).payload(question.encode_to_vec()).encoding(protobuf_of::<M>()).timeout(patience);
     let replies = query.wait().map_err(BusError::failed)?;
-    let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
-    let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
+    let reply = match replies.recv_timeout(REPLY_TIMEOUT.min(patience)) {
+        Ok(None) => {
+            is_late();
+            replies.recv().ok()
+        }
+        reply => reply.ok().flatten(),
+    };
+    let sample = reply.and_then(|reply| reply.into_result().ok()).ok_or_else(|| BusError::NoReply(key.to_owned()))?;
     R::decode(&*sample.payload().to_bytes()).map_err(|cause| BusError::Undecodable {
         key: key.to_owned(),
         expected: R::full_name(),

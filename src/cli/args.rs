@@ -143,10 +143,10 @@ pub(super) enum Command {
     Trade(super::trade::Args),
     /// List the built-in scenes, or print one for editing.
     #[command(
-        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml\n  flexcrank scenes --keys"
+        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml\n  flexcrank scenes take.mcap > taken.toml\n  flexcrank scenes --keys"
     )]
     Scenes {
-        /// The scene to print.
+        /// The scene to print: a built-in one, or a recording, whose scene is printed as it began.
         #[arg(add = ArgValueCompleter::new(super::completions::scenes))]
         name: Option<String>,
         /// Print every key that a scene may have: type, unit, default, range and meaning.

@@ -59,8 +59,8 @@ A line `start` shows where the first link starts, bent by static loads: its angl
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also names a shorter solver.step_s.
 
-`modal` leaves out that a link without `axial` stretches or shortens by N L / (E A). N is the largest axial force in such a run, \
-    after its start. `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \
+`modal` leaves out that a link without `axial` stretches or shortens by N L / (E A). N is the largest mean axial force in such a run, \
+    after its start, from 8 places: to half a percent where it varies along the link, as by rotation. `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \
     a crank-slider, it is also recommended where it is more than 0.05 % of the crank's length. The stroke changes by \
     up to that part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
 

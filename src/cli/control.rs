@@ -1,5 +1,7 @@
 //! `control`: sends control commands to a service or replay.
 
+use std::time::Duration;
+
 use clap::Subcommand;
 use clap_complete::engine::ArgValueCandidates;
 
@@ -29,6 +31,11 @@ Examples:
   flexcrank control crank pause --wait=10s --json
 
 --json prints id, accepted, reason, effective_step, effective_sim_time_s.";
+
+/// Time in which a service replies, beside the one that it takes to an instant.
+const BESIDE: Duration = Duration::from_secs(3);
+/// Slowest pace whose instants are waited for, simulated seconds per second.
+const SLOWEST: f64 = 0.01;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -119,78 +126,55 @@ pub(super) fn control(args: Args) -> CommandResult {
     };
     let message = Control { id: fresh_id(), action: Some(action) };
     let session = args.client.open(&args.name)?;
-    if let Action::Set { changes } = &args.action {
-        warn_of_suspect_changes(&session, &args.name, changes);
+    let changed = changed_scene(&session, &args.name, &args.action);
+    if let (Action::Set { .. }, Some((running, after))) = (&args.action, &changed) {
+        newly_suspect(&running.scene, &after.scene).iter().for_each(|warning| say!("warning: {warning}"));
     }
     let answer = Answer::to("command");
-    answer.told(send_over(&session, args.json, |session| answer.noted(send(session, &args, &message))))
+    answer.told(send_over(&session, args.json, |session| answer.noted(send(session, &args.name, &message, changed))))
 }
 
-/// Sends a command. A service replies to a longer step once it has come to an instant at which that can hold: until then, the command is
-/// sent again under its id.
-fn send(session: &Session, args: &Args, message: &Control) -> Result<CommandReply, BusError> {
-    let longer = longer_step(session, &args.name, &args.action);
-    let mut is_told = false;
-    loop {
-        match (client::control(session, &args.name, message), &longer) {
-            (Err(BusError::NoReply(_)), Some(longer)) if longer.may_still_come(session, &args.name) => {
-                if !is_told {
-                    say!(
-                        "steps of {} s begin at an instant that both steps reach, at t = {} s at the latest: waiting for it. Ctrl-C ends the \
-                         waiting, not the change",
-                        longer.step_s,
-                        shown_s(longer.latest_s)
-                    );
-                }
-                is_told = true;
-            }
-            (reply, _) => return reply,
+/// Sends a command. A service replies to a longer step when it has come to an instant at which that can begin.
+fn send(
+    session: &Session,
+    name: &Name,
+    message: &Control,
+    changed: Option<(SceneSource, SceneSource)>,
+) -> Result<CommandReply, BusError> {
+    let steps_s = changed.map(|(running, after)| [running.scene.solver.step_s, after.scene.solver.step_s]);
+    let longer_s = steps_s.filter(|[running_s, after_s]| after_s > running_s).map(|[_, after_s]| after_s);
+    let status = longer_s.and_then(|_| client::snapshot(session, name)?.status).filter(|status| status.state() == State::Running);
+    let (Some(longer_s), Some(status)) = (longer_s, status) else { return client::control(session, name, message) };
+    let latest_s = status.stamp.map_or(0.0, |stamp| stamp.sim_time_s) + longer_s;
+    // A pace of its own, or none that is known yet.
+    let wall_s = longer_s / status.real_time_factor.unwrap_or(0.0).clamp(SLOWEST, 1.0);
+    client::control_later(session, name, message, BESIDE + Duration::from_secs_f64(2.0 * wall_s), || {
+        say!(
+            "no reply yet: steps of {longer_s} s begin at an instant that both steps reach, at t = {} s at the latest. Ctrl-C ends the \
+             waiting, not the change",
+            shown_s(latest_s)
+        );
+    })
+}
+
+/// The running scene, and the same with a change or at a level; `None` for other commands, and for what no running scene accepts: the
+/// reply states the reason.
+fn changed_scene(session: &Session, name: &Name, action: &Action) -> Option<(SceneSource, SceneSource)> {
+    let running = || SceneSource::parse("scene.toml", &client::scene(session, name)?, &[]).ok();
+    match action {
+        Action::Set { changes } => {
+            let running = running()?;
+            let after = running.changed(changes).ok()?;
+            Some((running, after))
         }
+        Action::Level { name } => {
+            let running = running()?;
+            let level = running.scene.levels.iter().position(|level| level.name == *name)?;
+            let after = running.at_level(level).ok()?;
+            Some((running, after))
+        }
+        _ => None,
     }
-}
-
-/// Steps longer than those of the running service, that it was asked for.
-struct LongerStep {
-    step_s: f64,
-    /// Simulated time at which they begin at the latest, s.
-    latest_s: f64,
-}
-
-impl LongerStep {
-    fn may_still_come(&self, session: &Session, name: &Name) -> bool {
-        let now_s = running_at_s(session, name);
-        now_s.is_some_and(|now_s| now_s <= self.latest_s)
-    }
-}
-
-/// The longer step that a command asks for, if it does.
-fn longer_step(session: &Session, name: &Name, action: &Action) -> Option<LongerStep> {
-    if !matches!(action, Action::Set { .. } | Action::Level { .. }) {
-        return None;
-    }
-    let running = SceneSource::parse("scene.toml", &client::scene(session, name)?, &[]).ok()?;
-    let after = match action {
-        Action::Set { changes } => running.changed(changes).ok()?,
-        Action::Level { name } => running.at_level(running.scene.levels.iter().position(|level| level.name == *name)?).ok()?,
-        _ => return None,
-    };
-    let step_s = after.scene.solver.step_s;
-    (step_s > running.scene.solver.step_s).then_some(LongerStep { step_s, latest_s: running_at_s(session, name)? + step_s })
-}
-
-/// Simulated time of the last status of a service that runs, s.
-fn running_at_s(session: &Session, name: &Name) -> Option<f64> {
-    let status = client::snapshot(session, name)?.status.filter(|status| status.state() == State::Running)?;
-    Some(status.stamp?.sim_time_s)
-}
-
-/// Warns of numbers that look like mistakes in the changed scene, unless the running one has them already. A change that no running
-/// scene accepts gets no warning: the reply states the reason.
-fn warn_of_suspect_changes(session: &Session, name: &Name, changes: &[String]) {
-    let Some(text) = client::scene(session, name) else { return };
-    let running = SceneSource::parse("scene.toml", &text, &[]);
-    let suspects = running.and_then(|before| Ok(newly_suspect(&before.scene, &before.changed(changes)?.scene)));
-    suspects.iter().flatten().for_each(|warning| say!("warning: {warning}"));
 }
 
 /// Sends a command that only a replay accepts.

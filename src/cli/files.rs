@@ -1,11 +1,14 @@
 //! `scenes`, `guide` and `files`: what the program has to print.
 
 use std::io::Write as _;
+use std::path::Path;
 
 use super::aligned_table;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::output;
+use crate::recording::begins_as_mcap;
+use crate::resimulation::RecordedSession;
 use crate::scene::{self, KeyRow, builtin};
 use crate::{files, guide};
 
@@ -15,6 +18,9 @@ pub(super) fn scenes(name: Option<&str>) -> CommandResult {
             for scene in builtin::BUILTIN {
                 writeln!(output(), "{:<24} {}", scene.name, scene.summary())?;
             }
+        }
+        Some(name) if begins_as_mcap(Path::new(name)) => {
+            write!(output(), "{}", RecordedSession::open(Path::new(name))?.scene.text)?;
         }
         Some(name) => write!(output(), "{}", builtin::find(name)?.text)?,
     }

@@ -11,6 +11,7 @@ use super::signals::Interruption;
 use crate::plot;
 use crate::small_motion::{Branch, Mode, NoModes, OtherKind, crossings, follow, other_kinds};
 use crate::study::Table;
+use crate::study::trade::INTERRUPTED;
 
 /// Lowest orders of the crank's speed in a Campbell diagram.
 const ORDERS: usize = 6;
@@ -122,7 +123,15 @@ impl Swept {
         let mut columns: Vec<(&str, Vec<f64>)> = names.into_iter().zip(numbers).collect();
         columns.splice(1..1, other);
         columns.into_iter().for_each(|(name, column)| table.push(name, column));
+        if self.not_reached() > 0 {
+            table.push(INTERRUPTED, vec![1.0; table.rows()]);
+        }
         table
+    }
+
+    /// Number of points that an interruption left out.
+    fn not_reached(&self) -> usize {
+        self.modes.iter().filter(|modes| modes.is_empty()).count().saturating_sub(self.refusals.len())
     }
 
     /// Prints lowest and highest frequency of every branch, and what happens to them on the way.
@@ -130,7 +139,11 @@ impl Swept {
         let (_, unit) = self.unit();
         let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
         let (points, beside) = (self.values.len(), self.beside());
-        writeln!(output(), "{target}: {points} points from {}{unit} to {}{unit}{beside}", ends[0], ends[1])?;
+        let left_out = match self.not_reached() {
+            0 => String::new(),
+            left => format!("; interrupted: {left} of them were not looked at"),
+        };
+        writeln!(output(), "{target}: {points} points from {}{unit} to {}{unit}{beside}{left_out}", ends[0], ends[1])?;
         let columns = ["mode", "lowest Hz", "at", "highest Hz", "at", "most damping", "at"];
         let mut rows = vec![columns.map(str::to_owned).to_vec()];
         for branch in branches {

@@ -50,8 +50,8 @@ The state is at rest at a crank angle, bent by weight and constant loads, in bal
 
 A mode is named by the part that holds most of its strain energy, and numbered in the order of |λ|, the size of its eigenvalue: \
     2π × frequency for a vibration without damping. A mode that only decays has 0 Hz, and stands where its |λ| puts it. \
-    Under damping_s, links have as many decays at rates next to 1/damping_s as elements: of meshes with more than 60 unknowns, those that \
-    differ by less than a thousandth from one to the next are left out. `trade` and \
+    Under damping_s, links have as many decays at rates next to 1/damping_s as elements: of meshes with more than 60 unknowns, three or \
+    more decays that differ by less than a thousandth from one to the next are left out. `trade` and \
     `check` list vibrations without damping: where damping is strong, their numbers may differ. Along a sweep a mode is followed by \
     its shape and keeps its name. `rigid` is the part of its kinetic energy in turning of the chain as it is.
 

@@ -22,6 +22,7 @@ use crate::small_motion::floquet::Accuracy;
 use crate::small_motion::scheme::Scheme;
 use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
 use crate::study::Table;
+use crate::study::trade::INTERRUPTED;
 
 /// Multipliers to a millionth, with at most a thousand steps a turn, unless those resolve none.
 const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024, most_gone: usize::MAX };
@@ -185,7 +186,15 @@ impl Chart<'_> {
             "multiplier_by_scheme_im",
         ];
         columns.into_iter().zip(numbers).filter(|(name, _)| !name.is_empty()).for_each(|(name, column)| table.push(name, column));
+        if self.not_reached() > 0 {
+            table.push(INTERRUPTED, vec![1.0; table.rows()]);
+        }
         table
+    }
+
+    /// Number of motions that an interruption left out.
+    fn not_reached(&self) -> usize {
+        self.found.iter().flatten().filter(|found| found.is_none()).count()
     }
 
     /// Prints the modes of one motion.
@@ -270,7 +279,12 @@ impl Chart<'_> {
     fn show(&self) -> CommandResult<()> {
         let mut out = output();
         let ends = [self.speeds.first(), self.speeds.last()].map(|end| figure(end.copied().unwrap_or_default()));
-        writeln!(out, "{}: {} motions from {} to {} rad/s", self.args.subject.target, self.motions().count(), ends[0], ends[1])?;
+        let (target, count) = (&self.args.subject.target, self.motions().count());
+        let left_out = match self.not_reached() {
+            0 => String::new(),
+            left => format!("; interrupted: {left} more were not looked at, and what is unstable may go on there"),
+        };
+        writeln!(out, "{target}: {count} motions from {} to {} rad/s{left_out}", ends[0], ends[1])?;
         let key = self.args.over.as_ref().map_or("", |over| over.key.as_str());
         let mut rows = vec![[key, "unstable", "from rad/s", "to", "largest |ρ|", "at"].map(str::to_owned).to_vec()];
         for (row, found) in self.rows.iter().zip(&self.found) {
@@ -286,7 +300,7 @@ impl Chart<'_> {
             let is_whole = |found: &PeriodicModes| found.lost == 0 && found.modes.iter().all(PeriodicMode::is_resolved);
             let which =
                 if self.motions().all(|(_, _, found)| is_whole(found)) { "no mode" } else { "no mode that the steps resolve" };
-            writeln!(out, "  {which} is unstable")?
+            writeln!(out, "  {which} is unstable{}", if self.not_reached() > 0 { " among these" } else { "" })?
         }
         let unknown: Vec<f64> = self.motions().filter(|(_, _, found)| !found.is_known()).map(|(_, speed, _)| speed).collect();
         if !unknown.is_empty() {

@@ -60,10 +60,10 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         must_suit_recording(path)?;
         must_have_folder(path)?;
     }
-    tell_endless(&args);
     // While the scenes are prepared, and `--fixed-cost` rates them, a signal ends the process: nothing is to be kept.
     let preparing = Interruption::watch()?;
     let (fixed, starts) = starts(&args)?;
+    tell_endless(&args);
     let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
     let status_line = StatusLine::new(starts.len(), args.until);
@@ -100,10 +100,10 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 
-/// Tells of a run that computes as fast as it can, and ends by itself at no time.
+/// Tells of a run that computes as fast as it can, and never ends by itself.
 fn tell_endless(args: &Args) {
-    if args.pace == Pace::Max && args.until.is_none() {
-        say!("warning: --pace max without --until computes on until it is stopped, as by Ctrl-C");
+    if args.pace == Pace::Max && args.until.is_none() && args.resume.resume.is_none() {
+        say!("warning: --pace max without --until keeps computing until it is stopped, as by Ctrl-C");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::failure::{CommandResult, Failure};
-use crate::csv_faults::{broken_row, no_number, other_separator};
+use crate::csv_faults::{broken_row, line_at, no_number, other_separator};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::text_file;
@@ -31,9 +31,10 @@ pub(super) fn read(path: &Path) -> CommandResult<Vec<ListedPulse>> {
 /// Parses pulses, or returns the line and reason of the first error. Lines that begin with # are comments.
 fn parse(text: &str) -> Result<Vec<ListedPulse>, (u64, String)> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let broken = |error: csv::Error| (error.position().map_or(1, csv::Position::line), broken_row(&error));
+    let line_of = |position: Option<&csv::Position>| position.map_or(1, |position| line_at(text, position.byte(), true));
+    let broken = |error: csv::Error| (line_of(error.position()), broken_row(&error));
     let header = reader.headers().map_err(broken)?.clone();
-    let line = header.position().map_or(1, csv::Position::line);
+    let line = line_of(header.position());
     if let Some(why) = other_separator(&header) {
         return Err((line, why.to_owned()));
     }
@@ -50,17 +51,10 @@ fn parse(text: &str) -> Result<Vec<ListedPulse>, (u64, String)> {
     let mut pulses = Vec::new();
     for row in reader.records() {
         let row = row.map_err(broken)?;
-        let line = row.position().map_or(0, |position| line_at(text, position.byte()));
+        let line = line_of(row.position());
         pulses.push(pulse(&header, &row, line).map_err(|what| (line, what))?);
     }
     if pulses.is_empty() { Err((line, "no pulse follows".to_owned())) } else { Ok(pulses) }
-}
-
-/// The line of the row that starts at byte `from`, without blank lines and comments before it.
-fn line_at(text: &str, from: u64) -> u64 {
-    let (before, rest) = text.split_at_checked(usize::try_from(from).unwrap_or(0)).unwrap_or(("", text));
-    let skipped = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count();
-    1 + (before.matches('\n').count() + skipped) as u64
 }
 
 fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Result<ListedPulse, String> {
@@ -118,7 +112,13 @@ mod tests {
             ("torque_nm,duration_s\n1,1\n1,-0.1\n", 3, "duration_s = -0.1"),
             ("torque_nm,duration_s,delay_s\n1,1,1e9\n", 2, "delay_s = 1000000000"),
             ("torque_nm,duration_s\n1,1\n1\n", 3, "1 value in a table of 2 columns"),
-            ("torque_nm,duration_s\n2,5,0.1\n", 2, "3 values in a table of 2 columns; a number has a decimal point, not a comma"),
+            (
+                "torque_nm,duration_s\n2,5,0.1\n",
+                2,
+                "3 values in a table of 2 columns; if a number was meant, it has a decimal point, not a comma",
+            ),
+            ("torque_nm,duration_s\n\n# c\n# d\n1\n", 5, "1 value in a table of 2 columns"),
+            ("# a; b\n\n# c\ntorque_nm;duration_s\n", 4, "separated by semicolons"),
             ("torque_nm,duration_s\n\"2,5\",0.1\n", 2, "torque_nm = `2,5`: a number has a decimal point, not a comma: 2.5"),
             ("torque_nm;duration_s\n2,5;0,1\n", 1, "separated by semicolons"),
             ("torque_nm,duration_s\n", 1, "no pulse"),

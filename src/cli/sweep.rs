@@ -19,7 +19,7 @@ use super::suspect_numbers::{newly_suspect, suspect_numbers};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
 use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::SceneSource;
+use crate::scene::{ModelKind, SceneSource};
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
     Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, SweepError, TableFormat, Untrusted, Worked,
@@ -145,6 +145,7 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
         let first = with_values().map(|changed| sudden_start(&changed.scene)).find(|warnings| !warnings.is_empty());
         first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
     }
+    warn_of_single_elements(&base, spec);
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
         let mut suspect = of_values.filter(|warnings| !warnings.is_empty());
@@ -155,6 +156,20 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
         }
     }
     Ok(())
+}
+
+/// Warns of links that bend, and of whose peaks only what stands at their pins is seen.
+fn warn_of_single_elements(base: &SceneSource, spec: &Spec) {
+    for link in base.scene.chain().iter().flat_map(|chain| &chain.links) {
+        let (name, key) = (link.name.as_str(), format!("{}.elements", link.name.as_str()));
+        let bends = !link.rigid && base.scene.solver.model != ModelKind::Rigid;
+        if bends && link.elements == 1 && spec.axes.iter().all(|axis| axis.key != key) {
+            say!(
+                "warning: {key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and its axial and \
+                 shear forces are means over its length: set = [\"{key}=8\"] in the campaign shows them between the pins"
+            );
+        }
+    }
 }
 
 fn compute(

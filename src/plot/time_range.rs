@@ -32,11 +32,16 @@ pub fn cut(place: &str, tables: &mut [Named], from_s: Option<f64>, to_s: Option<
     if recorded_time(tables).is_some() {
         return Ok(());
     }
-    let covers = all.map_or_else(
-        || format!("there is no column `{SIMULATED_TIME}`"),
-        |[first, last]| format!("the recording covers {} s to {} s", shown_s(first), shown_s(last)),
-    );
-    Err(PlotError::Request(format!("{place}: nothing was recorded between --from and --to; {covers}")))
+    Err(PlotError::Request(match all {
+        None => format!(
+            "{place}: --from and --to cut by a column `{SIMULATED_TIME}`, and there is none: give its column of times that name"
+        ),
+        Some([first, last]) => format!(
+            "{place}: nothing was recorded between --from and --to; the recording covers {} s to {} s",
+            shown_s(first),
+            shown_s(last)
+        ),
+    }))
 }
 
 /// The row after the last reset up to the beginning of a range; the first without such a reset.

@@ -127,7 +127,7 @@ impl SceneSource {
             _ => SceneError::whole(name, format!("cannot be read: {error}")),
         })?;
         if bytes.starts_with(RECORDING) {
-            let problem = "is a recording, not a scene: play it with `flexcrank replay`, go on with `flexcrank run --resume`, or look at an instant: `flexcrank modes FILE@3.2`";
+            let problem = "is a recording, not a scene: `flexcrank scenes FILE > mine.toml` takes its scene out of it; play it with `flexcrank replay`, go on with `flexcrank run --resume`, or look at an instant: `flexcrank modes FILE@3.2`";
             return Err(SceneError::whole(name, problem));
         }
         if bytes.len() > SIZE_LIMIT {

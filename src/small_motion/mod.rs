@@ -136,6 +136,9 @@ pub enum NoModes {
         angle_deg: f64,
     },
     /// The eigenvalue iteration failed.
-    #[error("the eigenvalues were not found: fewer modes, fewer elements or less damping make them easier to find")]
+    #[error("the eigenvalues were not found")]
     NotFound,
+    /// It failed for the lowest eigenvalues of a mechanism.
+    #[error("the eigenvalues were not found: fewer modes, fewer elements or less damping make them easier to find")]
+    NoEigenvalues,
 }

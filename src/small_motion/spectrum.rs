@@ -26,10 +26,8 @@ const ABOVE: f64 = 1.1;
 const SHIFTS: usize = 8;
 /// A growth comes before a decay if their rates differ by less than this part.
 const ALIKE: f64 = 1e-6;
-/// Decays are a crowd if each rate differs from the next by less than this part,
-const CROWD_ALIKE: f64 = 1e-3;
-/// and they are no fewer.
-const CROWD: usize = 3;
+/// Decays are a crowd if each rate differs from the next by less than this part, and if there are at least so many.
+const CROWD: (f64, usize) = (1e-3, 3);
 /// Eigenvalues this far below the shift are found anew with a lower one,
 const FAR_BELOW: f64 = 1e4;
 /// if the next is as many times as large: none of a group is in both findings.
@@ -38,12 +36,9 @@ const GAP: f64 = 4.0;
 const LOWER: f64 = 0.1;
 /// Eigenvectors are found with a shift beside their eigenvalue by one of these parts of it.
 const BESIDE: [f64; 3] = [1e-13, 7e-13, 5e-12];
-/// Entries below these parts of their neighbours on the diagonal are zero to the eigenvalue routine. Where other entries are far larger,
-/// beside dozens of equal eigenvalues, rounding is not below the first, and the routine does not end: then the next is tried.
-const ZERO: [f64; 4] = [f64::EPSILON, 1e-13, 1e-12, 1e-11];
-/// A subspace in which the routine does not end with the first of them is grown by so many vectors, and so often, before.
+/// A subspace in which the eigenvalue routine does not end is grown by so many vectors, and so often.
 const GROWN: (usize, usize) = (7, 3);
-/// Iterations of that routine for every row of its matrix; more than it mostly needs.
+/// Iterations of the eigenvalue routine for every row of its matrix; more than it mostly needs.
 const ITERATIONS: usize = 100;
 
 /// One eigenvalue and its vector; of a conjugate pair, the one with the positive imaginary part.
@@ -169,7 +164,8 @@ pub fn lowest(system: &Linearised, count: usize) -> Result<Vec<Eigenpair>, NoMod
     }
     let mut asked = count;
     loop {
-        let (mut pairs, is_whole) = graded(system, Wanted::Pairs(asked), (1.0, f64::INFINITY))?;
+        let graded = graded(system, Wanted::Pairs(asked), (1.0, f64::INFINITY));
+        let (mut pairs, is_whole) = graded.map_err(|why| if why == NoModes::NotFound { NoModes::NoEigenvalues } else { why })?;
         // What is two by a high shift may be one by its own, as of free motion.
         if pairs.len() >= count || !is_whole {
             pairs.truncate(count);
@@ -215,15 +211,13 @@ fn about(system: &Linearised, wanted: Wanted, shift: f64) -> Result<Found, NoMod
         let mut matrix = DMatrix::identity(rows, rows);
         matrix.as_mut_slice().chunks_exact_mut(rows).for_each(|column| inverse.apply(column));
         let whole = Projected { matrix, basis: DMatrix::identity(rows, rows), beyond: 0.0 };
-        return pairs(system, wanted, shift, &whole, &ZERO);
+        return pairs(system, wanted, shift, &whole);
     }
     let (Wanted::Pairs(count) | Wanted::Eigenvalues(count)) = wanted;
     let (mut vectors, mut failures) = ((2 * count + SPARE).min(rows), 0);
     loop {
-        let may_grow = failures < GROWN.1 && vectors < rows;
-        let zeros = if may_grow { &ZERO[..1] } else { &ZERO };
-        let found = match pairs(system, wanted, shift, &krylov(&inverse, rows, vectors), zeros) {
-            Err(NoModes::NotFound) if may_grow => {
+        let found = match pairs(system, wanted, shift, &krylov(&inverse, rows, vectors)) {
+            Err(NoModes::NotFound) if failures < GROWN.1 && vectors < rows => {
                 (vectors, failures) = ((vectors + GROWN.0).min(rows), failures + 1);
                 continue;
             }
@@ -268,17 +262,22 @@ fn krylov(inverse: &Inverse<'_>, rows: usize, vectors: usize) -> Projected {
 }
 
 /// The eigenpairs of the inverted system with the largest eigenvalues `σ/(λ − σ)`, as those of the system.
-fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected, zeros: &[f64]) -> Result<Found, NoModes> {
+fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected) -> Result<Found, NoModes> {
     let Projected { matrix, basis, beyond } = inverted;
     let rows = matrix.nrows();
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return Err(NoModes::Singular);
     }
-    let thetas = zeros.iter().find_map(|zero| eigenvalues(matrix, *zero)).ok_or(NoModes::NotFound)?;
+    let (free, maybe_free) = (FREE * shift, FREE * shift.max(stiffest(system)));
+    let schur = Schur::try_new(matrix.clone(), f64::EPSILON, ITERATIONS * rows).ok_or(NoModes::NotFound)?;
     let value = |theta: &Complex<f64>| Complex::new(shift, 0.0) + theta.inv() * shift;
     let mut values: Vec<(Complex<f64>, Complex<f64>)> =
-        thetas.iter().filter(|theta| theta.norm() > 0.0).map(|theta| (*theta, value(theta))).collect();
+        schur.complex_eigenvalues().iter().filter(|theta| theta.norm() > 0.0).map(|theta| (*theta, value(theta))).collect();
     values.sort_by(|one, other| one.1.norm().total_cmp(&other.1.norm()));
+    if basis.ncols() < basis.nrows() {
+        let mut crowded = crowded(&values, maybe_free).into_iter();
+        values.retain(|_| !crowded.next().unwrap_or(false));
+    }
     for k in 1..values.len() {
         let [one, other] = [values[k - 1].1, values[k].1];
         let is_alike = one.im == 0.0 && other.im == 0.0 && (one.norm() - other.norm()).abs() <= ALIKE * other.norm();
@@ -286,21 +285,9 @@ fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected, 
             values.swap(k - 1, k);
         }
     }
-    // Of the whole matrix, each is known.
-    let is_subspace = *beyond > 0.0;
-    let crowded =
-        crowded(&values.iter().map(|(_, value)| *value).collect::<Vec<_>>()).into_iter().map(|crowded| crowded && is_subspace);
-    let (free, maybe_free) = (FREE * shift, FREE * shift.max(stiffest(system)));
     let mut found = Found { pairs: Vec::new(), magnitudes: Vec::new(), free_below: maybe_free, residual: 0.0, is_whole: false };
     let mut number_free = 0;
-    for (place, ((theta, value), is_crowded)) in values.into_iter().zip(crowded).enumerate() {
-        if is_crowded {
-            if wanted.is_met(found.pairs.len(), place) {
-                break;
-            }
-            found.magnitudes.push(value.norm());
-            continue;
-        }
+    for (place, (theta, value)) in values.into_iter().enumerate() {
         let eigenvector = || -> Result<_, NoModes> {
             let within = eigenvector(matrix, theta)?;
             let vector = basis.map(|entry| Complex::new(entry, 0.0)) * &within;
@@ -326,19 +313,16 @@ fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected, 
     Ok(found)
 }
 
-/// Eigenvalues; `None` where the routine does not end.
-fn eigenvalues(matrix: &DMatrix<f64>, zero: f64) -> Option<DVector<Complex<f64>>> {
-    Some(Schur::try_new(matrix.clone(), zero, ITERATIONS * matrix.nrows())?.complex_eigenvalues())
-}
-
 /// Of eigenvalues in the order of their magnitudes, those in a crowd of decays. Under stress `E (ε + c ε̇)`, every shape of a link that
-/// vibrates faster than 2/c creeps back at a rate next to 1/c: as many decays as a mesh has unknowns, and any sum of their shapes is one.
-fn crowded(values: &[Complex<f64>]) -> Vec<bool> {
-    let decays = |value: &&Complex<f64>| value.re < 0.0 && value.im.abs() <= CROWD_ALIKE * value.re.abs();
-    let rates: Vec<f64> = values.iter().filter(decays).map(|value| value.norm()).collect();
-    let crowds = rates.chunk_by(|one, next| next - one <= CROWD_ALIKE * next);
-    let mut are_crowded = crowds.flat_map(|crowd| std::iter::repeat_n(crowd.len() >= CROWD, crowd.len()));
-    values.iter().map(|value| decays(&value) && are_crowded.next().unwrap_or(false)).collect()
+/// vibrates faster than 2/c creeps back at a rate next to 1/c: as many decays as a mesh has unknowns, and any sum of their shapes is one,
+/// too. A subspace has some of them only.
+fn crowded(values: &[(Complex<f64>, Complex<f64>)], maybe_free: f64) -> Vec<bool> {
+    let (alike, least) = CROWD;
+    let decays = |value: Complex<f64>| value.re < 0.0 && value.im.abs() <= alike * value.re.abs() && value.norm() >= maybe_free;
+    let rates: Vec<f64> = values.iter().filter(|(_, value)| decays(*value)).map(|(_, value)| value.norm()).collect();
+    let crowds = rates.chunk_by(|one, next| next - one <= alike * next);
+    let mut are_crowded = crowds.flat_map(|crowd| std::iter::repeat_n(crowd.len() >= least, crowd.len()));
+    values.iter().map(|(_, value)| decays(*value) && are_crowded.next().unwrap_or(false)).collect()
 }
 
 /// Largest `√(Kᵢᵢ/Mᵢᵢ)`, 1/s.

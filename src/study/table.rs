@@ -1,6 +1,6 @@
 //! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
-use crate::csv_faults::{broken_row, other_separator};
+use crate::csv_faults::{broken_row, line_at, other_separator};
 use crate::text_file;
 use crate::whole_file::WholeFile;
 use std::io;
@@ -125,7 +125,8 @@ impl Table {
             return Err(refuse(why.to_owned()));
         }
         let broken = |broken: csv::Error| {
-            let line = broken.position().map_or(String::new(), |position| format!("line {}: ", position.line()));
+            let line =
+                broken.position().map_or(String::new(), |position| format!("line {}: ", line_at(&text, position.byte(), false)));
             refuse(format!("{line}{}", broken_row(&broken)))
         };
         let mut cells: Vec<(String, Vec<String>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();

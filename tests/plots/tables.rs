@@ -118,7 +118,10 @@ fn regress_tables_with_other_separators_or_without_names_are_refused_in_words() 
     for (text, says) in [
         ("time_s;torque_nm\n0,5;1\n1,0;2\n", "columns are separated by semicolons: separate them by commas"),
         ("time_s\ttorque_nm\n0\t1\n", "columns are separated by tabs: separate them by commas"),
-        ("t,x\n0,1\n1,0,5\n", "line 3: 3 values in a table of 2 columns; a number has a decimal point, not a comma"),
+        (
+            "t,x\n0,1\n\n1,0,5\n",
+            "line 4: 3 values in a table of 2 columns; if a number was meant, it has a decimal point, not a comma",
+        ),
         ("0,1\n0.5,2\n", "the first line has numbers: a header with the columns' names is needed"),
     ] {
         std::fs::write(folder.path().join("other.csv"), text).unwrap();
