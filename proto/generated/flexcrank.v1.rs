@@ -154,7 +154,8 @@ pub struct ElementForce {
     /// From 0 at the link's first pin.
     #[prost(uint32, tag = "2")]
     pub index: u32,
-    /// Mean axial force, positive in tension.
+    /// Axial force, positive in tension: with modal the mean of those at the element's two ends, with finite-element that of its strain.
+    /// Where the force varies along an element, neither is the exact mean; with more elements both are.
     #[prost(double, tag = "3")]
     pub axial_n: f64,
     /// Mean shear force: minus the slope of the bending moment along the link.

@@ -274,7 +274,8 @@ fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected) 
     let mut values: Vec<(Complex<f64>, Complex<f64>)> =
         schur.complex_eigenvalues().iter().filter(|theta| theta.norm() > 0.0).map(|theta| (*theta, value(theta))).collect();
     values.sort_by(|one, other| one.1.norm().total_cmp(&other.1.norm()));
-    if basis.ncols() < basis.nrows() {
+    // Where the whole matrix is treated, each is known.
+    if *beyond > 0.0 {
         let mut crowded = crowded(&values, maybe_free).into_iter();
         values.retain(|_| !crowded.next().unwrap_or(false));
     }

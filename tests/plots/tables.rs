@@ -291,7 +291,7 @@ fn prop_undrawable_input_is_refused() {
         (vec!["none.svg"], 1, "none.svg: No such file"),
         (vec!["turn.csv", "--format", "gif"], 2, "svg"),
         (vec!["turn.csv", "--thesis", "t"], 2, "--thesis"),
-        (vec!["turn.csv", "--from", "1"], 2, "no column `stamp.sim_time_s`"),
+        (vec!["turn.csv", "--from", "1"], 2, "cut by a column `stamp.sim_time_s`, and there is none"),
         (vec!["turn.csv", "--from", "2", "--to", "2"], 2, "must be less than"),
         (vec!["turn.csv", "--animation"], 2, "no link"),
         (vec!["turn.csv", "--overlay"], 2, "two files"),
