@@ -1,4 +1,4 @@
-//! What is wrong with a table of comma-separated values, in words of those who wrote it.
+//! Faults of a table of comma-separated values, told to those who wrote it.
 
 use crate::decimal_comma::decimal_comma_hint;
 

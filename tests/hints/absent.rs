@@ -1,4 +1,4 @@
-//! Names of scenes, files and inputs that are not there.
+//! Names of scenes, files and inputs that are not there, and results that are not seen.
 
 use std::error::Error;
 use std::process::Command;
@@ -43,6 +43,32 @@ fn regress_a_torque_on_a_held_crank_names_the_free_one() -> Result<(), Box<dyn E
         (&beam.clone(), "no input: the crank is held, and the chain has no slider; --crank free has torque_nm"),
     ] {
         assert_eq!(flexcrank(words)?, (Some(2), format!("error: {said}\n")));
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_the_scene_of_a_recording_is_printed() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let run =
+        |words: &str| Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words.split(' ')).current_dir(folder.path()).output();
+    run("run crank-slider --no-bus --pace max --until 0.01 --record take.mcap")?;
+    let [printed, built_in] = [run("scenes take.mcap")?, run("scenes crank-slider")?];
+    assert!(printed.status.success() && printed.stdout == built_in.stdout, "{}", String::from_utf8_lossy(&printed.stderr));
+    Ok(())
+}
+
+/// A rod's stress was a ninth of what eight elements show.
+#[test]
+fn regress_a_sweep_warns_of_links_of_one_element() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    for (elements, warnings) in [(1, 1), (2, 0)] {
+        let set = format!("scene = \"crank-slider\"\nset = [\"rod.elements={elements}\"]\nuntil_s = 0.01\nmethod = \"grid\"\n");
+        std::fs::write(folder.path().join("s.toml"), set + "[[vary]]\nkey = \"slider.mass_kg\"\nvalues = [0.2]\n")?;
+        let ended =
+            Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["sweep", "s.toml"]).current_dir(folder.path()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert!(ended.status.success() && said.matches("warning: rod.elements = 1: ").count() == warnings, "{said}");
     }
     Ok(())
 }
