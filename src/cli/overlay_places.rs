@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use super::formatting::counted;
 use super::plot_source::Source;
-use crate::plot::{Named, PlacedColumn, deflection_columns};
+use crate::plot::{self, Named, PlacedColumn, deflection_columns};
 
 /// A column that was asked for.
 pub(super) struct AskedColumn<'a> {
     /// Its name as it was given.
     pub given: &'a str,
-    /// Its name in the files.
+    /// Its name in the files: the full one, if a file has it in a list and it was given without.
     pub name: String,
     /// Its place along a link, if the files have unlike meshes of the link.
     pub place: Option<PlacedColumn>,
@@ -18,12 +18,16 @@ pub(super) struct AskedColumn<'a> {
 
 impl<'a> AskedColumn<'a> {
     /// The column of a node or an element stands for its place in the first file that has that node or element, with or without the
-    /// column: rigid links have nodes, and no deflections.
-    pub fn new(sources: &[Source], given: &'a str) -> Self {
-        let column = sources.iter().find_map(|source| source.column_name(given).ok());
+    /// column: rigid links have nodes, and no deflections. Tables whose column is named without its list get it under the full name.
+    pub fn new(sources: &mut [Source], given: &'a str) -> Self {
+        let names: Vec<&str> = sources.iter().filter_map(|source| source.column_name(given).ok()).collect();
+        let full = names.iter().find(|name| **name != given).or(names.first()).map(|name| (*name).to_owned());
+        if let Some(full) = &full {
+            sources.iter_mut().for_each(|source| plot::add_under_full_name(&mut source.tables, full));
+        }
         let placed = |column: &str| sources.iter().find_map(|source| PlacedColumn::of(&source.tables, column));
-        let place = column.and_then(placed).filter(|column| has_unlike_meshes(sources, column));
-        let name = place.as_ref().map_or_else(|| given.to_owned(), PlacedColumn::name);
+        let place = full.as_deref().and_then(placed).filter(|column| has_unlike_meshes(sources, column));
+        let name = place.as_ref().map(PlacedColumn::name).or(full).unwrap_or_else(|| given.to_owned());
         AskedColumn { given, name, place }
     }
 }

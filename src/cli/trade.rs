@@ -127,8 +127,8 @@ pub(super) struct Args {
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance. `tip` is another word for slider.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
     outputs: Vec<OutputGroupWord>,
-    /// Time budget of the table; the reference takes up to a third of it, and two runs at least. The list of vibrations takes
-    /// some seconds more, and the verification of a choice has a reference of its own.
+    /// Time budget of the table; the reference takes up to a third of it on an idle core, most of it on a slow or busy one, and two
+    /// runs at least. The list of vibrations takes some seconds more, and the verification of a choice has a reference of its own.
     #[arg(long, value_name = "TIME", default_value = "4min", value_parser = positive_time)]
     budget: f64,
     /// Choose the cheapest settings with errors within this tolerance, or explain why there are none.

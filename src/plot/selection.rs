@@ -111,6 +111,20 @@ fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
     }
 }
 
+/// Gives a column that is named without its list a second name, the full one: `links.rod.chord_rad` for `rod.chord_rad`. Tables that
+/// have neither, or a column of the full name, stay as they are.
+pub fn add_under_full_name(tables: &mut [Named], full: &str) {
+    // Names without a point belong to no list: a table's `torque_nm` is not `torque.torque_nm`.
+    let Some((_, short)) = full.split_once('.').filter(|(_, short)| short.contains('.')) else { return };
+    if tables.iter().any(|named| named.can_draw(full)) {
+        return;
+    }
+    if let Some(named) = tables.iter_mut().find(|named| named.can_draw(short)) {
+        let values = named.table.column(short).unwrap_or_default().to_vec();
+        named.table.push(full, values);
+    }
+}
+
 /// The full name of a column that may be given without the name of its list.
 ///
 /// # Errors

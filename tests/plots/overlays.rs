@@ -104,6 +104,27 @@ fn regress_a_column_that_one_file_has_is_drawn() {
     assert!(complaint(&output).contains("no column `angel_rad`"), "{}", complaint(&output));
 }
 
+#[test]
+fn regress_a_table_whose_column_lacks_its_list_lies_over_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "thesis-beam", "0.1", "beam.mcap", &[]);
+    std::fs::write(at.join("hand.csv"), "time_s,beam.chord_rad\n0,-1.57\n0.1,-1.5\n").unwrap();
+    for (files, column) in [
+        (["beam.mcap", "hand.csv"], "beam.chord_rad"),
+        (["beam.mcap", "hand.csv"], "links.beam.chord_rad"),
+        (["hand.csv", "beam.mcap"], "beam.chord_rad"),
+    ] {
+        let output = plot(at, &[&files[..], &["--overlay", "--y", column, "-o", "one.svg"]].concat());
+        assert_eq!((output.status.code(), complaint(&output)), (Some(0), String::new()), "{files:?}, {column}");
+        let drawn = texts(&read_to_string(at.join("one.svg")).unwrap());
+        for text in ["Beam chord angle", "beam chord angle (rad)", "beam", "hand"] {
+            let times = drawn.iter().filter(|other| *other == text).count();
+            assert_eq!(times, 1, "{text} in {drawn:?} of {files:?}, {column}: one panel with both files");
+        }
+    }
+}
+
 /// Records rods of four, eight and three elements. The modal model moves alike whatever nodes it publishes.
 fn record_meshes(at: &Path) {
     for (file, elements) in [("coarse.mcap", 4), ("fine.mcap", 8), ("three.mcap", 3)] {
