@@ -17,6 +17,7 @@ use super::output::{output, print_json};
 use super::progress;
 use super::resting_start::RestingStart;
 use super::run_conclusion::BENDS_FURTHER;
+use super::short_load::ShortLoad;
 use super::step_error::StepError;
 use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
@@ -48,7 +49,8 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
     deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
-    error in a period. A run of that duration takes at least 100 of these steps, keeps the balance within \
+    error in a period, and the shortest load of a resistance_table, which takes 10 steps to pass at half its height. A run of \
+    that duration takes at least 100 of these steps, keeps the balance within \
     solver.balance_tolerance, and has a step error of at most 0.01 rad, or of 0.01 of a deflection's peak. A longer run may \
     not: see --until. If no step is found with so small an error, as in chaotic motion, the line `suggested` says so; \
     `trade` measures which step suffices.
@@ -220,7 +222,9 @@ pub(super) fn check(args: &Args) -> CommandResult {
         };
         say!("warning: {NOTHING_MOVES} {loads} like those that it will have");
     }
-    sudden_start(scene).iter().for_each(|warning| say!("warning: {warning}"));
+    let short_load = ShortLoad::at(scene, trial.fastest_rad_per_s(scene.solver.step_s));
+    let missed = short_load.and_then(|load| load.warning(scene.solver.step_s));
+    sudden_start(scene).iter().chain(&missed).for_each(|warning| say!("warning: {warning}"));
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));

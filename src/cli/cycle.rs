@@ -1,5 +1,6 @@
 //! `cycle`: one turn of a rigid crank-slider, its counterweights, and a sweep over its ratio.
 
+use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -15,7 +16,9 @@ use super::values::number;
 use super::written::write_table;
 use crate::scene::SceneSource;
 use crate::study::Table;
-use crate::study::cycle::{self, Arms, Extreme, Options, balance, extremes, ratios_between, speed_rad_per_s, sweep, words};
+use crate::study::cycle::{
+    self, Arms, Extreme, Extremes, Options, balance, extremes, ratios_between, speed_rad_per_s, sweep, words,
+};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -27,11 +30,13 @@ Examples:
   flexcrank cycle --sweep-ratio 0.1:0.6:51 --csv sweep.csv
 
 Forces: of the ground on the crank (O), of the crank on the rod (A), of the rod on the slider (E).
-Extremes and peaks are those on the grid of angles. The CSV of a turn has one row an angle, ratio
-after ratio; units are in its column names.";
+Extremes, peaks and means are those on the grid of angles. The CSV of a turn has one row an angle,
+ratio after ratio; units are in its column names.";
 
 /// Largest number of rows of a sweep in the terminal.
 const SHOWN: usize = 11;
+/// Part of the largest values below which a value is the rounding of sums of these.
+const NOISE: f64 = 1e-12;
 /// Columns that the summary omits; `--csv` writes them all.
 const LEFT_OUT: [&str; 5] =
     ["crank rate", "centre of mass velocity", "centre of mass acceleration", "resistance", "kinetic energy"];
@@ -137,13 +142,28 @@ fn show_extremes(table: &Table) -> std::io::Result<()> {
         let mut rows = vec![["", "", "least", "at", "greatest", "at"].map(str::to_owned).to_vec()];
         rows.extend(shown.map(extreme_row));
         print(&rows, 2)?;
+        if let Some(mean_nm) = of.mean_torque_nm {
+            let [mean, work] = [mean_nm, mean_nm * TAU].map(|value| figure(without_noise(value, largest_torque_nm(&of))));
+            writeln!(output(), "  mean driving torque {mean} N·m: {work} J a turn")?;
+        }
     }
     Ok(())
 }
 
+/// Magnitude of the largest driving torque, N·m.
+fn largest_torque_nm(of: &Extremes) -> f64 {
+    let torque = of.of.iter().find(|extreme| extreme.column == "driving_torque_nm");
+    torque.map_or(0.0, |torque| torque.least.value.abs().max(torque.greatest.value.abs()))
+}
+
+/// A value, or zero where it is the rounding of values of this size.
+fn without_noise(value: f64, of: f64) -> f64 {
+    if value.abs() < NOISE * of { 0.0 } else { value }
+}
+
 fn extreme_row(extreme: &Extreme) -> Vec<String> {
-    let noise = 1e-12 * extreme.least.value.abs().max(extreme.greatest.value.abs());
-    let value = |value: f64| figure(if value.abs() < noise { 0.0 } else { value });
+    let size = extreme.least.value.abs().max(extreme.greatest.value.abs());
+    let value = |value: f64| figure(without_noise(value, size));
     let degrees = |angle_rad: f64| format!("{:.1}°", angle_rad.to_degrees());
     let unit = extreme.unit.to_owned();
     let ends = [extreme.least, extreme.greatest].map(|end| [value(end.value), degrees(end.crank_angle_rad)]);

@@ -68,6 +68,7 @@ mod sample_intervals;
 mod sequence;
 mod service_names;
 mod setpoint;
+mod short_load;
 mod signals;
 mod small_motion_args;
 mod stability;

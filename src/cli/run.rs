@@ -18,6 +18,7 @@ use super::run_args::{Args, BEST};
 use super::run_conclusion::{conclude, step_remedy};
 use super::run_levels::{check_levels, check_spare};
 use super::service_names::{ServiceNames, on_the_bus};
+use super::short_load::ShortLoad;
 use super::signals::{Interruption, interrupted};
 use super::status_line::StatusLine;
 use super::supervise::supervise;
@@ -161,6 +162,7 @@ async fn serve(
     }
     for member in &members {
         warn_of_weight(&member.live);
+        warn_of_short_load(&member.live);
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
@@ -289,6 +291,14 @@ fn warn_of_weight(live: &LiveOptions) {
             "solver.weight = {}: two-point is unstable below 0.5; it is there for comparison with the thesis",
             solver.weight
         );
+    }
+}
+
+/// Warns of a step that is too long for the resistance on the slider.
+fn warn_of_short_load(live: &LiveOptions) {
+    let scene = &live.scene.scene;
+    if let Some(warning) = ShortLoad::of(scene).and_then(|load| load.warning(scene.solver.step_s)) {
+        tracing::warn!(scene = live.scene.origin, "{warning}");
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 
 use super::aligned_table::figure;
+use super::short_load::ShortLoad;
 use super::step_error::{LargeError, StepError};
 use super::trial_run::{RunLength, Trial};
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene};
@@ -48,14 +49,20 @@ pub(super) fn suggested_step(
     length: RunLength,
 ) -> (Option<f64>, String) {
     let until_s = length.until_s;
-    match suggestion(scene, slowest_bending(scene, vibrations)) {
-        (Some(step_s), reason) if step_s * LEAST_STEPS_OF_RUN <= until_s => sufficient_step(scene, own, length, step_s, reason),
-        (None, reason) if scene.solver.model == ModelKind::Incremental => (None, reason),
+    let (step_s, reason) = match suggestion(scene, slowest_bending(scene, vibrations)) {
+        (Some(step_s), reason) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
+        (None, reason) if scene.solver.model == ModelKind::Incremental => return (None, reason),
         _ => {
             let reason = format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
-            sufficient_step(scene, own, length, one_digit(until_s / LEAST_STEPS_OF_RUN), reason)
+            (one_digit(until_s / LEAST_STEPS_OF_RUN), reason)
         }
-    }
+    };
+    let short_load = ShortLoad::at(scene, own.trial.fastest_rad_per_s(scene.solver.step_s)).map(ShortLoad::longest_step_s);
+    let (step_s, reason) = match short_load {
+        Some((longest_s, reason)) if longest_s < step_s => (one_digit(longest_s), reason),
+        _ => (step_s, reason),
+    };
+    sufficient_step(scene, own, length, step_s, reason)
 }
 
 /// The first step that suffices, of `first_s` and its halves as far as the time of a run allows, with the reason for `first_s` and

@@ -13,6 +13,7 @@ use super::formatting::counted;
 use super::output::output;
 use super::progress::{ProgressLines, bar};
 use super::run_conclusion::step_remedy;
+use super::short_load::ShortLoad;
 use super::signals::{Interruption, interruption_leaves};
 use super::sudden_start::sudden_start;
 use super::suspect_numbers::{newly_suspect, suspect_numbers};
@@ -146,6 +147,9 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
         first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
     }
     warn_of_single_elements(&base, spec);
+    let missed = |source: &SceneSource| ShortLoad::of(&source.scene)?.warning(source.scene.solver.step_s);
+    let first = missed(&base).or_else(|| with_values().find_map(|changed| missed(&changed)));
+    first.iter().for_each(|warning| say!("warning: {warning}"));
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
         let mut suspect = of_values.filter(|warnings| !warnings.is_empty());

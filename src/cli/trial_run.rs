@@ -100,6 +100,12 @@ impl Distrust {
 }
 
 impl Trial {
+    /// The largest rate of the first link from look to look, of a run with this step, rad/s.
+    pub(super) fn fastest_rad_per_s(&self, step_s: f64) -> f64 {
+        let rate = |pair: &[Look]| (pair[1].angle_rad - pair[0].angle_rad) / (f64::from(pair[1].step - pair[0].step) * step_s);
+        self.looks.windows(2).map(|pair| rate(pair).abs()).fold(0.0, f64::max)
+    }
+
     /// Runs to the end, and on until `shortest` is over; within the limit of time.
     pub(super) fn of(simulation: &mut Simulation, length: RunLength, shortest: Duration) -> Self {
         let RunLength { until_s, longest } = length;

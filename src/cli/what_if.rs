@@ -17,6 +17,7 @@ use super::progress::over_file;
 use super::run_conclusion::{BENDS_FURTHER, step_remedy};
 use super::suspect_numbers::newly_suspect;
 use super::values::{GivenDuration, pulse_duration, time, torque};
+use crate::decimal_comma::decimal_comma_hint;
 use crate::recording::{Written, paths};
 use crate::resimulation::{
     AddedPulse, Change, Deviation, LargestDifference, RecordedSession, SampleTimes, UnlikeMeshes, WhatIfOutcome,
@@ -75,11 +76,15 @@ fn given_pulse(text: &str) -> Result<GivenPulse, String> {
     let [start, given, duration] = parts[..] else {
         return Err("three numbers START:TORQUE:DURATION, such as 3.0:5:100ms".to_owned());
     };
-    let name = |part: &'static str| move |problem: String| format!("{part} must be {problem}");
+    let refused = |part: &str, text: &str, problem: String| {
+        let hint = decimal_comma_hint(text).map_or(String::new(), |hint| format!("; {hint}"));
+        format!("{part} must be {problem}{hint}")
+    };
     Ok(GivenPulse {
-        start_s: time(start).map_err(name("START"))?,
-        torque_nm: torque(given).map_err(name("TORQUE"))?,
-        duration: pulse_duration(duration).map_err(name("DURATION"))?,
+        // The tip behind a refused option tells of a comma that comes first.
+        start_s: time(start).map_err(|problem| format!("START must be {problem}"))?,
+        torque_nm: torque(given).map_err(|problem| refused("TORQUE", given, problem))?,
+        duration: pulse_duration(duration).map_err(|problem| refused("DURATION", duration, problem))?,
     })
 }
 
@@ -214,6 +219,7 @@ mod tests {
             ("3:5Nm:0.1", "TORQUE must be a number in N·m without its unit"),
             ("3:5:100mm", "DURATION must be a time from 1ns to 1h"),
             ("3:5", "three numbers START:TORQUE:DURATION"),
+            ("1:0,5:0.1", "TORQUE must be a finite number; a number has a decimal point, not a comma: 0.5"),
         ] {
             let refused = given_pulse(text).err().unwrap_or_default();
             assert!(refused.starts_with(problem), "{text}: {refused}");

@@ -26,6 +26,8 @@ pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
 #[cfg(feature = "service")]
+#[cfg(feature = "service")]
+pub(crate) use resistance::narrowest_load_rad;
 pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
 pub use transfer::{CannotTransfer, Present, Transfer};

@@ -67,7 +67,12 @@ pub struct Energy {
 impl Energy {
     /// Their sum, J.
     pub fn total_j(&self) -> f64 {
-        self.kinetic_j + self.strain_j.unwrap_or(0.0) + self.potential_j.unwrap_or(0.0)
+        self.moving_j() + self.potential_j.unwrap_or(0.0)
+    }
+
+    /// Kinetic and strain energy, J, which do not depend on a height of reference.
+    pub fn moving_j(&self) -> f64 {
+        self.kinetic_j + self.strain_j.unwrap_or(0.0)
     }
 }
 

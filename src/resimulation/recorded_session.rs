@@ -39,7 +39,7 @@ impl RecordedSession {
     pub fn open(path: &Path) -> Result<Self, ResimulationError> {
         let metadata = RecordingMetadata::read(path)?;
         let text = metadata.scene.as_deref().unwrap_or_default();
-        let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[]).map_err(|refused| {
+        let scene = SceneSource::parse(&format!("scene of {}", path.display()), text, &[]).map_err(|refused| {
             let build = metadata.other_build().join("; ");
             if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused: Box::new(refused), build } }
         })?;

@@ -84,7 +84,7 @@ impl ShadowSimulation {
     /// Changes the scene as that of the main simulation was changed.
     pub(super) fn change(&mut self, change: &mut PreparedChange) {
         if self.lost.is_none() && change.apply_to_shadow(&mut self.simulation).is_err() {
-            let energy_j = self.simulation.ledger().energy.total_j();
+            let energy_j = self.simulation.ledger().energy.moving_j();
             let (step, sim_time_s) = (self.simulation.step_count() + 1, self.simulation.time_s());
             self.lost = Some(Diverged { step, sim_time_s, energy_j, cause: StepError::NotFinite.into() });
         }

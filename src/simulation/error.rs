@@ -17,6 +17,9 @@ pub struct BuildError {
     pub why: Cow<'static, str>,
 }
 
+/// What energy in play is.
+const IN_PLAY: &str = "there at the start, fallen in gravity, or put in";
+
 /// Cause that stops a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Cause {
@@ -24,7 +27,11 @@ pub enum Cause {
     #[error("{0}")]
     Step(#[from] StepError),
     /// There is more energy than was ever put in.
-    #[error("energy {} J is over {factor} times the {} J that was there and put in", shown_j(*energy_j), shown_j(*accounted_j))]
+    #[error(
+        "kinetic and strain energy is {} J, over {factor} times the {} J in play ({IN_PLAY})",
+        shown_j(*energy_j),
+        shown_j(*accounted_j)
+    )]
     EnergyGrew {
         /// Kinetic and strain energy now, J.
         energy_j: f64,
@@ -34,7 +41,11 @@ pub enum Cause {
         factor: f64,
     },
     /// A step's balance moved by a large part of the energy in play.
-    #[error("the energy balance moved by {} J in this step, where {} J were there and put in", shown_j(*moved_j), shown_j(*accounted_j))]
+    #[error(
+        "the energy balance moved by {} J in this step, with {} J in play ({IN_PLAY})",
+        shown_j(*moved_j),
+        shown_j(*accounted_j)
+    )]
     BalanceMoved {
         /// Change of the balance in the step, J.
         moved_j: f64,
@@ -42,7 +53,7 @@ pub enum Cause {
         accounted_j: f64,
     },
     /// A step dissipated more than there was.
-    #[error("this step dissipated {} J, where {} J were there and put in", shown_j(*dissipated_j), shown_j(*accounted_j))]
+    #[error("this step dissipated {} J, with {} J in play ({IN_PLAY})", shown_j(*dissipated_j), shown_j(*accounted_j))]
     Dissipated {
         /// Dissipation in the step, J.
         dissipated_j: f64,
@@ -53,13 +64,17 @@ pub enum Cause {
 
 /// The simulation stopped; its last good state is still there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("diverged in step {step} at t = {} s (energy {} J before it): {cause}", shown_s(*sim_time_s), shown_j(*energy_j))]
+#[error(
+    "diverged in step {step} at t = {} s (kinetic and strain energy {} J before it): {cause}",
+    shown_s(*sim_time_s),
+    shown_j(*energy_j)
+)]
 pub struct Diverged {
     /// The step that failed.
     pub step: u64,
     /// Simulated time at which it began, s.
     pub sim_time_s: f64,
-    /// Energy in the last good state, J.
+    /// Kinetic and strain energy in the last good state, J.
     pub energy_j: f64,
     /// The cause.
     pub cause: Cause,
@@ -86,7 +101,7 @@ pub enum PulseRefused {
     /// Over the scene's limit.
     #[error(
         "|torque_nm| = {} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)",
-        .torque_nm.abs()
+        exactly(.torque_nm.abs())
     )]
     Torque {
         /// The requested mean torque, N·m.
@@ -103,4 +118,9 @@ pub enum PulseRefused {
     /// The scene prescribes the motion.
     #[error("the scene prescribes the crank's motion ([drive]): torque has no effect")]
     MotionPrescribed,
+}
+
+/// A number with all its digits, as a power of ten where it would be long.
+fn exactly(value: f64) -> String {
+    if value < 1e15 { value.to_string() } else { format!("{value:e}") }
 }

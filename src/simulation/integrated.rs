@@ -98,9 +98,15 @@ impl<M: Mechanism> Integrated<M> {
 }
 
 impl<M: Mechanism> Integrated<M> {
-    /// Whether it turns by one angle and bends. Without bending, the equation of small errors keeps by itself what a course gives back.
+    /// Whether it turns by one angle, and bends or passes corners of a resistance, at which K jumps within a step. Otherwise, the
+    /// equation of small errors keeps by itself what a course gives back.
     fn has_course(&self) -> bool {
-        matches!(self.rigid, Some(RigidChain::OneAngle(_))) && self.state.q.len() > 1
+        let turns_by_one = matches!(self.rigid, Some(RigidChain::OneAngle(_)));
+        turns_by_one && (self.bends() || self.rigid.as_ref().is_some_and(RigidChain::has_corners))
+    }
+
+    fn bends(&self) -> bool {
+        self.state.q.len() > 1
     }
 
     /// Sets the rows of turns at the present state.
@@ -154,7 +160,8 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         self.set_turns(law, t_s);
         self.course = self.present_course();
         let course = self.left.take().zip(self.course);
-        let course = course.map(|(before, after)| Passage { ends: [before, after], torque_nm: law.input(t_s).torque_nm });
+        let (torque_nm, bends) = (law.input(t_s).torque_nm, self.bends());
+        let course = course.map(|(before, after)| Passage { ends: [before, after], torque_nm, bends });
         let chords = self.mechanism.chords(&self.state.q, &self.state.v);
         let turns = self.rigid.as_ref().map_or(0, RigidChain::rotations);
         let LocalError { q, v } = self.integrator.local_error(h_s);

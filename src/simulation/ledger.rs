@@ -65,7 +65,7 @@ impl ChangedEnergy {
 
     /// With one more change.
     fn with(self, before: &Energy, after: &Energy) -> Self {
-        let moving_j = moving_j(after) - moving_j(before);
+        let moving_j = after.moving_j() - before.moving_j();
         ChangedEnergy {
             moving_j: self.moving_j + moving_j,
             potential_j: self.potential_j + (potential_j(after) - potential_j(before)),
@@ -146,7 +146,7 @@ impl Ledger {
 
     /// Energy is not more than this many times what is accounted for.
     fn judge_growth(&self, factor: f64) -> Result<(), Cause> {
-        let (energy_j, accounted_j) = (moving_j(&self.now), self.in_play_j());
+        let (energy_j, accounted_j) = (self.now.moving_j(), self.in_play_j());
         let grew = energy_j > factor * accounted_j + ENERGY_FLOOR_J;
         if grew { Err(Cause::EnergyGrew { energy_j, accounted_j, factor }) } else { Ok(()) }
     }
@@ -179,7 +179,7 @@ impl Ledger {
     }
 
     fn in_play_j(&self) -> f64 {
-        moving_j(&self.start) + self.fallen_j + self.work.magnitude_j + self.changed.magnitude_j
+        self.start.moving_j() + self.fallen_j + self.work.magnitude_j + self.changed.magnitude_j
     }
 
     pub(super) fn energies(&self) -> EnergyLedger {
@@ -215,10 +215,6 @@ impl Ledger {
         let LedgerEntries { work, fallen_j, worst_balance_j, settled_balance_j } = *entries;
         Ledger { start, now, work, changed, fallen_j, worst_balance_j, settled_balance_j }
     }
-}
-
-fn moving_j(energy: &Energy) -> f64 {
-    energy.kinetic_j + energy.strain_j.unwrap_or(0.0)
 }
 
 fn potential_j(energy: &Energy) -> f64 {

@@ -322,7 +322,7 @@ impl Simulation {
     }
 
     fn diverged(&self, cause: Cause) -> Diverged {
-        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.ledger.energies().energy.total_j(), cause }
+        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.ledger.energies().energy.moving_j(), cause }
     }
 
     /// Mean torque since this was last asked (or the epoch began), N·m; the torque at this instant if no time has passed.

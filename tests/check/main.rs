@@ -1,6 +1,7 @@
 //! `check` measures the error of the step, and warns where that loses the motion.
 
 mod pendulum;
+mod short_load;
 mod sudden_start;
 
 use std::error::Error;

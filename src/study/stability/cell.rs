@@ -165,13 +165,12 @@ fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Out
 }
 
 fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
-    let energy = simulation.observation().energy;
     Outcome {
         category: Category::Stable,
         error,
         step: simulation.step_count(),
         sim_time_s: simulation.time_s(),
-        energy_j: Some(energy.kinetic_j + energy.strain_j.unwrap_or(0.0)),
+        energy_j: Some(simulation.observation().energy.moving_j()),
         verdict: Some(simulation.energy_verdict()),
         cause: None,
         message: String::new(),

@@ -86,7 +86,7 @@ pub struct Outcome {
     pub step: u64,
     /// Simulated time reached, s.
     pub sim_time_s: f64,
-    /// Energy last observed, J; `None` when refused.
+    /// Kinetic and strain energy last observed, J; `None` when refused.
     pub energy_j: Option<f64>,
     /// Verdict on the energy balance, at the end or before divergence; `None` if refused.
     pub verdict: Option<EnergyVerdict>,

@@ -107,7 +107,7 @@ struct Balance {
 impl Balance {
     fn see(&mut self, ledger: &EnergyLedger) {
         self.worst_j = self.worst_j.max(ledger.balance_error_j.abs());
-        self.most_j = self.most_j.max(ledger.energy.kinetic_j + ledger.energy.strain_j.unwrap_or(0.0));
+        self.most_j = self.most_j.max(ledger.energy.moving_j());
     }
 
     /// Largest error of the balance at any instant over the most kinetic and strain energy at any.

@@ -1,0 +1,75 @@
+//! Steps that are too long for a short load of the slider.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::Tried;
+
+/// A rigid press under a force that is 0.015 rad wide at half its height, driven at 10 rad/s. The ram's pin carries 80 kN, and what
+/// mass and weight add.
+const PRESS: &str = r#"
+[crank]
+length_m = 0.04
+rigid = true
+mass_kg = 12.0
+[rod]
+length_m = 0.3
+rigid = true
+mass_kg = 7.0
+[slider]
+mass_kg = 25.0
+resistance_table = [[0, 0], [6.20, 0], [6.215, 80000], [6.23, 0]]
+[drive]
+ramp = { to_rad_per_s = 10, over_s = 0.5 }
+[solver]
+model = "rigid"
+integrator = "runge-kutta"
+step_s = 0.01
+"#;
+
+fn flexcrank(at: &Path, arguments: &[&str]) -> Tried<Output> {
+    Ok(Command::new(env!("CARGO_BIN_EXE_flexcrank")).current_dir(at).args(arguments).output()?)
+}
+
+fn said(output: &Output) -> Tried<String> {
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    Ok(String::from_utf8(output.stderr.clone())?)
+}
+
+/// Every command that takes the scene's step warns, and none once it is short enough.
+#[test]
+fn regress_a_step_that_jumps_over_a_load_is_warned_of() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("press.toml"), PRESS)?;
+    let campaign = "scene = 'press.toml'\nuntil_s = 1.5\n[[vary]]\nkey = 'slider.mass_kg'\nvalues = [20, 25]\n";
+    let warning =
+        "a step of 0.01 s passes the shortest load of slider.resistance_table, 0.015 rad wide at half its height, in 0.2 steps";
+    for (step, warns) in [("0.01", true), ("0.0003", false)] {
+        let key = format!("solver.step_s={step}");
+        fs::write(at.join(format!("{step}.toml")), format!("set = ['{key}']\n{campaign}"))?;
+        let run = ["run", "press.toml", "--set", &key, "--no-bus", "--no-record", "--pace", "max", "--until", "1.5"];
+        let sweep = ["sweep", &format!("{step}.toml"), "-o", step];
+        for command in [&["check", "press.toml", "--set", &key][..], &run, &sweep] {
+            let said = said(&flexcrank(at, command)?)?;
+            assert_eq!(said.contains(warning), warns, "{command:?}: {said}");
+            assert_eq!(said.contains("the shortest load of"), warns, "{command:?}: {said}");
+        }
+    }
+    Ok(())
+}
+
+/// A tenth of the time in which the load is passed: 0.015 rad at 10 rad/s.
+#[test]
+fn val_the_suggested_step_shows_a_short_load() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("press.toml"), PRESS)?;
+    let checked = flexcrank(at, &["check", "press.toml", "--json"])?;
+    let checked: serde_json::Value = serde_json::from_slice(&checked.stdout)?;
+    assert_eq!(checked["suggested_step_s"], 1e-4);
+    let reason = checked["reason"].as_str().unwrap_or_default();
+    assert!(reason.starts_with("at least 10 steps in the shortest load of slider.resistance_table (0.0015"), "{reason}");
+    Ok(())
+}
