@@ -219,7 +219,10 @@ mod tests {
             ("3:5Nm:0.1", "TORQUE must be a number in N·m without its unit"),
             ("3:5:100mm", "DURATION must be a time from 1ns to 1h"),
             ("3:5", "three numbers START:TORQUE:DURATION"),
-            ("1:0,5:0.1", "TORQUE must be a finite number; a number has a decimal point, not a comma: 0.5"),
+            (
+                "1:0,5:0.1",
+                "TORQUE must be a number in N·m without its unit, such as -2.5; a number has a decimal point, not a comma: 0.5",
+            ),
         ] {
             let refused = given_pulse(text).err().unwrap_or_default();
             assert!(refused.starts_with(problem), "{text}: {refused}");
