@@ -43,7 +43,7 @@ fn regress_a_step_that_jumps_over_a_load_is_warned_of() -> Tried<()> {
     let folder = tempfile::tempdir()?;
     let at = folder.path();
     fs::write(at.join("press.toml"), PRESS)?;
-    let campaign = "scene = 'press.toml'\nuntil_s = 1.5\n[[vary]]\nkey = 'slider.mass_kg'\nvalues = [20, 25]\n";
+    let campaign = "method = 'grid'\nscene = 'press.toml'\nuntil_s = 1.5\n[[vary]]\nkey = 'slider.mass_kg'\nvalues = [20, 25]\n";
     let warning =
         "a step of 0.01 s passes the shortest load of slider.resistance_table, 0.015 rad wide at half its height, in 0.2 steps";
     for (step, warns) in [("0.01", true), ("0.0003", false)] {
