@@ -69,8 +69,8 @@ A line `published` names a rate for `run --publish-hz` where the default has few
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
     step_error_rad (largest change of the first link's angle as the step is halved), step_error_of_deflection (with a [drive]: \
-    largest change of the deflection in a link's middle, over its peak), out_of_range (largest deflection over \
-    length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
+    largest change of the deflection in a link's middle, over its peak), out_of_range (largest slope of a link \
+    from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
     end: until_s, two_turns_s), shortening (link, \
     force_n (positive in tension), shortening_m (its size), deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
@@ -222,7 +222,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         };
         say!("warning: {NOTHING_MOVES} {loads} like those that it will have");
     }
-    let short_load = ShortLoad::at(scene, trial.fastest_rad_per_s(scene.solver.step_s));
+    let short_load = ShortLoad::on(scene, &trial.ways(scene.solver.step_s));
     let missed = short_load.and_then(|load| load.warning(scene.solver.step_s));
     sudden_start(scene).iter().chain(&missed).for_each(|warning| say!("warning: {warning}"));
     warn_of_suspects();

@@ -1,6 +1,5 @@
 //! `cycle`: one turn of a rigid crank-slider, its counterweights, and a sweep over its ratio.
 
-use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -12,6 +11,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::must_be_targets;
 use super::output::output;
+use super::short_load::ShortLoad;
 use super::values::number;
 use super::written::write_table;
 use crate::scene::SceneSource;
@@ -109,6 +109,8 @@ pub(super) fn cycle(args: &Args) -> CommandResult {
     let shown = begun.and_then(|()| show(&table)).and_then(|()| if args.csv.is_some() { writeln!(out) } else { Ok(()) });
     // The table is written though printing fails.
     let written = args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, true));
+    let too_few = args.resistance.is_none().then(|| ShortLoad::warning_of_grid(&source.scene, args.points)).flatten();
+    too_few.iter().for_each(|warning| say!("warning: {warning}"));
     shown.map_err(Failure::from).and(written)?;
     Ok(ExitStatus::Success)
 }
@@ -142,8 +144,8 @@ fn show_extremes(table: &Table) -> std::io::Result<()> {
         let mut rows = vec![["", "", "least", "at", "greatest", "at"].map(str::to_owned).to_vec()];
         rows.extend(shown.map(extreme_row));
         print(&rows, 2)?;
-        if let Some(mean_nm) = of.mean_torque_nm {
-            let [mean, work] = [mean_nm, mean_nm * TAU].map(|value| figure(without_noise(value, largest_torque_nm(&of))));
+        if let (Some(mean_nm), Some(work_j)) = (of.mean_torque_nm, of.work_j) {
+            let [mean, work] = [mean_nm, work_j].map(|value| figure(without_noise(value, largest_torque_nm(&of))));
             writeln!(output(), "  mean driving torque {mean} N·m: {work} J a turn")?;
         }
     }

@@ -27,6 +27,11 @@ impl<'a> AskedColumn<'a> {
         }
         let placed = |column: &str| sources.iter().find_map(|source| PlacedColumn::of(&source.tables, column));
         let place = full.as_deref().and_then(placed).filter(|column| has_unlike_meshes(sources, column));
+        if let Some((place, full)) = place.as_ref().zip(full.as_deref()) {
+            // A table without a mesh has the place that its column has in the recording.
+            let without_mesh = sources.iter_mut().filter(|source| place.meshes(&source.tables).is_empty());
+            without_mesh.for_each(|source| plot::add_name(&mut source.tables, full, &place.name()));
+        }
         let name = place.as_ref().map(PlacedColumn::name).or(full).unwrap_or_else(|| given.to_owned());
         AskedColumn { given, name, place }
     }

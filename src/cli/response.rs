@@ -30,8 +30,8 @@ Examples:
   flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
 
 Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state; phases in the table are from −180° to 180°, and those of --csv and --plot go on without jumps. Step response: each \
-    output after the input has gone from 0 to 1, exact at every sample. `linearise` writes the names of all inputs and outputs. A vibration without damping has no largest response: the \
-    one printed is that of the frequencies computed.
+    output after the input has gone from 0 to 1, exact at every sample. `linearise` writes the names of all inputs and outputs. A vibration without damping, or with less than 1e-8 of \
+    the critical one, has no largest response: the one printed is that of the frequencies computed.
 
 Exit codes: 0 done, 1 failed, 2 usage, bad scene, or a state that cannot be linearised.";
 
@@ -107,7 +107,8 @@ pub(super) fn response(args: &Args) -> CommandResult {
     linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats());
-    let remarks = found.iter().filter_map(|mode| rounded(&mode.into()));
+    let remarks =
+        found.iter().filter_map(|mode| rounded(&mode.into())).chain(unmet(&natural_hz(&found), &responses.frequencies_hz));
     let shown = shown.and_then(|()| remarks.into_iter().try_for_each(|remark| Ok(writeln!(output(), "{remark}")?)));
     // All that can be written is, though an earlier part of it, or printing, fails.
     shown
@@ -128,6 +129,20 @@ pub(super) fn response(args: &Args) -> CommandResult {
 fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
     let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
     vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
+}
+
+/// The remark on vibrations of a range whose peaks no frequency meets, beside others that are damped.
+fn unmet(natural: &[[f64; 2]], frequencies_hz: &[f64]) -> Option<String> {
+    let [low, high] = [frequencies_hz.first()?, frequencies_hz.last()?];
+    let in_range = || natural.iter().filter(|[hz, _]| (low..=high).contains(&hz));
+    let (met, unmet): (Vec<[f64; 2]>, Vec<[f64; 2]>) = in_range().partition(|[_, damping]| *damping > UNDAMPED);
+    let unmet: Vec<String> = unmet.iter().map(|[hz, _]| format!("{} Hz", figure(*hz))).collect();
+    (!met.is_empty() && !unmet.is_empty()).then(|| {
+        let hz = unmet.join(", ");
+        format!(
+            "  {hz}: damped by less than {UNDAMPED:e} of the critical damping, so that the largest response there is not known"
+        )
+    })
 }
 
 /// The largest rate at which motion grows by itself, 1/s.

@@ -296,8 +296,7 @@ fn warn_of_weight(live: &LiveOptions) {
 
 /// Warns of a step that is too long for the resistance on the slider.
 fn warn_of_short_load(live: &LiveOptions) {
-    let scene = &live.scene.scene;
-    if let Some(warning) = ShortLoad::of(scene).and_then(|load| load.warning(scene.solver.step_s)) {
+    if let Some(warning) = ShortLoad::warning_of(&live.scene) {
         tracing::warn!(scene = live.scene.origin, "{warning}");
     }
 }

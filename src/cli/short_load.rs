@@ -1,16 +1,38 @@
 //! Steps in which the crank passes the shortest load of a resistance table: longer ones see too little of it, or nothing.
 
+use std::f64::consts::TAU;
+
 use super::aligned_table::figure;
 use super::suggested_step::speed_rad_per_s;
-use crate::mechanics::narrowest_load_rad;
-use crate::scene::{Drive, End, Motion, Scene};
+use crate::mechanics::loads_rad;
+use crate::scene::{Drive, End, Motion, Resistance, Scene, SceneSource};
+use crate::simulation::Loads;
 
 /// With fewer steps, the peak of a triangle may come out an eighth too small.
 const FEW_STEPS: f64 = 4.0;
 /// With so many, a twentieth.
 const ENOUGH_STEPS: f64 = 10.0;
+/// Looks at a prescribed motion between two rows of its table.
+const LOOKS: u32 = 4;
 
-/// The shortest load of a scene's resistance table, and how fast the crank passes it.
+/// A part of the crank's motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Way {
+    pub(super) from_rad: f64,
+    pub(super) to_rad: f64,
+    /// How fast, rad/s.
+    pub(super) rad_per_s: f64,
+}
+
+impl Way {
+    /// Whether it passes a range of angles, in any turn.
+    fn passes(&self, [from_rad, to_rad]: [f64; 2]) -> bool {
+        let (low, high) = (self.from_rad.min(self.to_rad), self.from_rad.max(self.to_rad));
+        ((low - to_rad) / TAU).ceil() <= ((high - from_rad) / TAU).floor()
+    }
+}
+
+/// The load of a scene's resistance table that the crank passes in the shortest time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ShortLoad {
     width_rad: f64,
@@ -18,21 +40,56 @@ pub(super) struct ShortLoad {
 }
 
 impl ShortLoad {
-    /// Of a scene whose crank turns as fast as this; `None` without a table, or if the crank stands still.
-    pub(super) fn at(scene: &Scene, rad_per_s: f64) -> Option<Self> {
-        let End::Slider(slider) = &scene.chain()?.end else { return None };
-        let width_rad = narrowest_load_rad(&slider.resistance)?;
-        (rad_per_s > 0.0).then_some(ShortLoad { width_rad, rad_per_s })
+    /// Of a scene whose crank moves so; `None` without a table, and of loads that the crank does not pass.
+    pub(super) fn on(scene: &Scene, ways: &[Way]) -> Option<Self> {
+        let load = |range: [f64; 2]| {
+            let rates = ways.iter().filter(|way| way.passes(range)).map(|way| way.rad_per_s.abs());
+            ShortLoad { width_rad: range[1] - range[0], rad_per_s: rates.fold(0.0, f64::max) }
+        };
+        let passed = loads_rad(resistance(scene)?).into_iter().map(load).filter(|load| load.rad_per_s > 0.0);
+        passed.min_by(|one, other| one.passed_s().total_cmp(&other.passed_s()))
     }
 
-    /// Of a scene at the largest speed that it prescribes or starts with.
+    /// Of a scene at the speeds that its drive prescribes, or at that of its start.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let rate = |rows: &[[f64; 2]]| ((rows[1][1] - rows[0][1]) / (rows[1][0] - rows[0][0])).abs();
-        let rad_per_s = match &scene.drive {
-            Drive::Motion(Motion::Table(rows)) => rows.windows(2).map(rate).fold(0.0, f64::max),
-            _ => speed_rad_per_s(scene),
+        resistance(scene)?;
+        let Drive::Motion(Motion::Table(rows)) = &scene.drive else {
+            return Self::on(scene, &[Way { from_rad: 0.0, to_rad: TAU, rad_per_s: speed_rad_per_s(scene) }]);
         };
-        Self::at(scene, rad_per_s)
+        let loads = Loads::new(scene);
+        let looks = rows.windows(2).flat_map(|rows| {
+            let [from_s, to_s] = [rows[0][0], rows[1][0]];
+            (0..=LOOKS).map(move |look| from_s + (to_s - from_s) * f64::from(look) / f64::from(LOOKS))
+        });
+        let motions: Vec<[f64; 3]> = looks.filter_map(|time_s| loads.input(time_s).motion).collect();
+        let way = |pair: &[[f64; 3]]| {
+            let rad_per_s = pair[0][1].abs().max(pair[1][1].abs());
+            Way { from_rad: pair[0][0], to_rad: pair[1][0], rad_per_s }
+        };
+        Self::on(scene, &motions.windows(2).map(way).collect::<Vec<Way>>())
+    }
+
+    /// The warning of a scene's step, or of that of a level: the longest that is too long.
+    pub(super) fn warning_of(source: &SceneSource) -> Option<String> {
+        let levels = (0..source.scene.levels.len()).filter_map(|level| Some(source.at_level(level).ok()?.scene));
+        let scenes: Vec<Scene> = std::iter::once(source.scene.clone()).chain(levels).collect();
+        let longest = scenes.iter().max_by(|one, other| one.solver.step_s.total_cmp(&other.solver.step_s))?;
+        Self::of(longest)?.warning(longest.solver.step_s)
+    }
+
+    /// The warning of so many angles over a turn, both ends included, that are too few for the shortest load.
+    pub(super) fn warning_of_grid(scene: &Scene, points: usize) -> Option<String> {
+        let widths_rad = loads_rad(resistance(scene)?).into_iter().map(|[from_rad, to_rad]| to_rad - from_rad);
+        let width_rad = widths_rad.reduce(f64::min)?;
+        let steps = width_rad * (points as f64 - 1.0) / TAU;
+        (steps < FEW_STEPS).then(|| {
+            format!(
+                "{points} angles pass the shortest load of slider.resistance_table, {} rad wide at half its height, in {steps:.1} \
+                 intervals: peaks and means come out wrong, or the load is missed; --points {} shows it",
+                figure(width_rad),
+                (ENOUGH_STEPS * TAU / width_rad).ceil() + 1.0
+            )
+        })
     }
 
     /// Time in which it is passed, s.
@@ -61,5 +118,13 @@ impl ShortLoad {
                 figure(self.longest_step_s().0)
             )
         })
+    }
+}
+
+/// The resistance of a scene with a slider.
+pub(super) fn resistance(scene: &Scene) -> Option<&Resistance> {
+    match &scene.chain()?.end {
+        End::Slider(slider) => Some(&slider.resistance).filter(|resistance| matches!(resistance, Resistance::Table(_))),
+        End::Free { .. } => None,
     }
 }

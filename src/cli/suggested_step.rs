@@ -36,6 +36,8 @@ enum Verdict {
     Unbalanced,
     /// A run with it keeps its energy balance, but has a large step error.
     Inexact(LargeError),
+    /// A run with it is right but for a short load of the slider, which it may jump over: the longest step that shows it, s, and why.
+    Coarse(f64, String),
     /// It suffices, until the time at which a run that took too long was ended, s.
     Sufficient { cut_off_s: Option<f64> },
 }
@@ -56,11 +58,6 @@ pub(super) fn suggested_step(
             let reason = format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
             (one_digit(until_s / LEAST_STEPS_OF_RUN), reason)
         }
-    };
-    let short_load = ShortLoad::at(scene, own.trial.fastest_rad_per_s(scene.solver.step_s)).map(ShortLoad::longest_step_s);
-    let (step_s, reason) = match short_load {
-        Some((longest_s, reason)) if longest_s < step_s => (one_digit(longest_s), reason),
-        _ => (step_s, reason),
     };
     sufficient_step(scene, own, length, step_s, reason)
 }
@@ -93,6 +90,12 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
                     balanced = Some((step_s, error));
                 }
             }
+            Verdict::Coarse(longest_s, why) => {
+                (step_s, reason) = (one_digit(longest_s), why);
+                if tries < MOST_TRIES {
+                    continue;
+                }
+            }
             Verdict::Unstable if step_s == first_s => {
                 reason += &format!("; {first_s} s would suffice for that, but is beyond the stability limit of runge-kutta");
             }
@@ -112,8 +115,8 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
     };
     let from = if tried_s < from_s { format!("from {from_s} s ") } else { String::new() };
     let none = format!("no step {from}down to {tried_s} s {quality}");
-    match (own.verdict(), balanced) {
-        (Verdict::Sufficient { cut_off_s: None }, _) | (Verdict::Inexact(_), None) => {
+    match (own.verdict(scene), balanced) {
+        (Verdict::Sufficient { cut_off_s: None }, _) | (Verdict::Inexact(_) | Verdict::Coarse(..), None) => {
             (Some(scene.solver.step_s), format!("the scene's own: {none}"))
         }
         (Verdict::Sufficient { cut_off_s: Some(time_s) }, _) => {
@@ -127,14 +130,14 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
 
 impl OwnRun<'_> {
     /// The verdict on the scene's own step.
-    fn verdict(&self) -> Verdict {
-        verdict(self.trial, self.step_error)
+    fn verdict(&self, scene: &Scene) -> Verdict {
+        verdict(scene, self.trial, self.step_error)
     }
 
     /// The verdict on a step. A shorter one than the scene's own, with a small error, has a small one too.
     fn judge(&self, scene: &Scene, step_s: f64, length: RunLength) -> Verdict {
         if step_s == scene.solver.step_s {
-            return self.verdict();
+            return self.verdict(scene);
         }
         let other = with_step(scene, step_s);
         let mut run = match Simulation::new(&other) {
@@ -148,16 +151,19 @@ impl OwnRun<'_> {
             && self.trial.cut_off_s.is_none()
             && self.step_error.is_some_and(|error| error.too_large().is_none());
         let step_error = if is_kept(&trial.verdict) && !is_exact { StepError::of(&other, &trial, length) } else { None };
-        verdict(&trial, step_error)
+        verdict(&other, &trial, step_error)
     }
 }
 
 /// The verdict on the step of a run.
-fn verdict(trial: &Trial, step_error: Option<StepError>) -> Verdict {
-    match step_error.and_then(StepError::too_large) {
+fn verdict(scene: &Scene, trial: &Trial, step_error: Option<StepError>) -> Verdict {
+    let step_s = scene.solver.step_s;
+    let short_load = ShortLoad::on(scene, &trial.ways(step_s)).map(ShortLoad::longest_step_s);
+    match (step_error.and_then(StepError::too_large), short_load) {
         _ if !is_kept(&trial.verdict) => Verdict::Unbalanced,
-        Some(error) => Verdict::Inexact(error),
-        None => Verdict::Sufficient { cut_off_s: trial.cut_off_s },
+        (Some(error), _) => Verdict::Inexact(error),
+        (None, Some((longest_s, why))) if longest_s < step_s => Verdict::Coarse(longest_s, why),
+        (None, _) => Verdict::Sufficient { cut_off_s: trial.cut_off_s },
     }
 }
 

@@ -13,7 +13,7 @@ use super::formatting::counted;
 use super::output::output;
 use super::progress::{ProgressLines, bar};
 use super::run_conclusion::step_remedy;
-use super::short_load::ShortLoad;
+use super::short_load::{ShortLoad, resistance};
 use super::signals::{Interruption, interruption_leaves};
 use super::sudden_start::sudden_start;
 use super::suspect_numbers::{newly_suspect, suspect_numbers};
@@ -26,6 +26,9 @@ use crate::study::sweep::{
     Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, SweepError, TableFormat, Untrusted, Worked,
     has_rows, merge, missing_rows, points, sensitivity, sensitivity_table, work,
 };
+
+/// Runs of a large campaign whose steps are looked at.
+const LOOKED_AT: u64 = 500;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -147,9 +150,7 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
         first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
     }
     warn_of_single_elements(&base, spec);
-    let missed = |source: &SceneSource| ShortLoad::of(&source.scene)?.warning(source.scene.solver.step_s);
-    let first = missed(&base).or_else(|| with_values().find_map(|changed| missed(&changed)));
-    first.iter().for_each(|warning| say!("warning: {warning}"));
+    warn_of_short_loads(&base, campaign);
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
         let mut suspect = of_values.filter(|warnings| !warnings.is_empty());
@@ -173,6 +174,18 @@ fn warn_of_single_elements(base: &SceneSource, spec: &Spec) {
                  shear forces are means over its length: set = [\"{key}=8\"] in the campaign shows them between the pins"
             );
         }
+    }
+}
+
+/// Warns of runs whose steps are too long for the resistance on the slider: the first of some of them.
+fn warn_of_short_loads(base: &SceneSource, campaign: &Campaign) {
+    if resistance(&base.scene).is_none() {
+        return;
+    }
+    let every = usize::try_from(campaign.runs() / LOOKED_AT).unwrap_or(usize::MAX).max(1);
+    let warning = |run: u64| Some((run, ShortLoad::warning_of(&campaign.scene_of(run).ok()?)?));
+    if let Some((run, warning)) = (0..campaign.runs()).step_by(every).find_map(warning) {
+        say!("warning: run {run}: {warning}");
     }
 }
 

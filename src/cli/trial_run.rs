@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::short_load::Way;
 use crate::mechanics::{LinkObservation, Observation};
 use crate::runtime::STATUS_PERIOD;
 use crate::scene::Scene;
@@ -65,7 +66,7 @@ pub(super) struct Trial {
     pub(super) balance_error: Option<f64>,
     /// Looks at the links; none of a scene without any.
     pub(super) looks: Vec<Look>,
-    /// Largest deflection over length that was out of the model's range; `None` if none was.
+    /// Largest slope from a chord that was out of the model's range, rad; `None` if none was.
     pub(super) out_of_range: Option<f64>,
     /// Simulated time at which a run that took too long was ended, s.
     pub(super) cut_off_s: Option<f64>,
@@ -100,10 +101,13 @@ impl Distrust {
 }
 
 impl Trial {
-    /// The largest rate of the first link from look to look, of a run with this step, rad/s.
-    pub(super) fn fastest_rad_per_s(&self, step_s: f64) -> f64 {
-        let rate = |pair: &[Look]| (pair[1].angle_rad - pair[0].angle_rad) / (f64::from(pair[1].step - pair[0].step) * step_s);
-        self.looks.windows(2).map(|pair| rate(pair).abs()).fold(0.0, f64::max)
+    /// The first link's ways from look to look, of a run with this step.
+    pub(super) fn ways(&self, step_s: f64) -> Vec<Way> {
+        let way = |pair: &[Look]| {
+            let [from_rad, to_rad] = [pair[0].angle_rad, pair[1].angle_rad];
+            Way { from_rad, to_rad, rad_per_s: (to_rad - from_rad) / (f64::from(pair[1].step - pair[0].step) * step_s) }
+        };
+        self.looks.windows(2).map(way).collect()
     }
 
     /// Runs to the end, and on until `shortest` is over; within the limit of time.

@@ -16,6 +16,8 @@ mod oscillator;
 mod resistance;
 mod rigid;
 mod rigid_bar;
+#[cfg(feature = "service")]
+mod short_loads;
 mod transfer;
 
 pub use chain_line::{LinkShape, Place, PlacePoint, ShapePoint};
@@ -26,8 +28,8 @@ pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
 #[cfg(feature = "service")]
-#[cfg(feature = "service")]
-pub(crate) use resistance::narrowest_load_rad;
 pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
+#[cfg(feature = "service")]
+pub(crate) use short_loads::loads_rad;
 pub use transfer::{CannotTransfer, Present, Transfer};

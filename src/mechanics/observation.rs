@@ -19,7 +19,7 @@ pub struct Observation {
     pub motion_torque_nm: Option<f64>,
     /// Energies, J.
     pub energy: Energy,
-    /// Largest deflection over length among the links when the model's assumption on it is broken.
+    /// Largest slope of a link from its chord, rad, where the model's assumption on it is broken.
     pub out_of_range: Option<f64>,
 }
 

@@ -25,24 +25,6 @@ pub(crate) fn resistance_n(resistance: &Resistance, crank_rad: f64) -> f64 {
     self::resistance(resistance, crank_rad)[0]
 }
 
-/// The narrowest way of the crank on which a table is on one side of the middle between its least and its greatest force, rad: the
-/// width of a short peak at half its height. `None` of a constant force, which a table may be, too.
-#[cfg(feature = "service")]
-pub(crate) fn narrowest_load_rad(resistance: &Resistance) -> Option<f64> {
-    let Resistance::Table(rows) = resistance else { return None };
-    let forces = || rows.iter().map(|row| row[1]);
-    let [least, greatest] = [forces().fold(f64::INFINITY, f64::min), forces().fold(f64::NEG_INFINITY, f64::max)];
-    let middle = 0.5 * least + 0.5 * greatest;
-    let next_turn = rows.iter().map(|row| [row[0] + TAU, row[1]]);
-    let all: Vec<[f64; 2]> = rows.iter().copied().chain(next_turn).collect();
-    let crossed = all.windows(2).filter(|pair| (pair[0][1] > middle) != (pair[1][1] > middle)).map(|pair| {
-        let [from, to] = [pair[0], pair[1]];
-        from[0] + (middle - from[1]) / (to[1] - from[1]) * (to[0] - from[0])
-    });
-    let crossed: Vec<f64> = crossed.collect();
-    crossed.windows(2).map(|pair| pair[1] - pair[0]).filter(|width| *width > 0.0).reduce(f64::min)
-}
-
 /// A corner of a table: a row at which the slope of the force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ResistanceCorner {
@@ -144,24 +126,6 @@ mod tests {
         }
         assert!(passed_rad(&Resistance::Constant(3.0), 0.0, 7.0).is_empty());
         assert!(passed_rad(&Resistance::Table(Vec::new()), 0.0, 7.0).is_empty());
-    }
-
-    /// A triangle is half as wide at half its height; a trapezoid, and a valley, likewise, also across the turn's end.
-    #[cfg(feature = "service")]
-    #[test]
-    fn val_the_narrowest_load_is_as_wide_as_at_half_its_height() {
-        let table = |rows: &[[f64; 2]]| Resistance::Table(rows.to_vec());
-        for (rows, width_rad) in [
-            (&[[0.0, 0.0], [6.20, 0.0], [6.215, 80_000.0], [6.23, 0.0]][..], 0.015),
-            (&[[1.0, 10.0], [1.2, -10.0], [1.5, -10.0], [1.9, 10.0]], 0.6),
-            (&[[0.0, 5.0], [0.2, 0.0], [6.0, 0.0], [6.1, 5.0]], 0.05 + (TAU - 6.1) + 0.1),
-            (&[[0.0, 8.0], [1.0, 7.0], [2.0, 8.0], [3.0, 0.0], [5.0, 0.0]], 2.0 + 0.5 + 0.5 * (TAU - 5.0)),
-        ] {
-            let found = narrowest_load_rad(&table(rows)).unwrap_or_default();
-            assert!((found - width_rad.min(TAU - width_rad)).abs() < 1e-12, "{rows:?}: {found} for {width_rad}");
-        }
-        assert_eq!(narrowest_load_rad(&table(&[[0.0, 3.0], [1.0, 3.0]])), None);
-        assert_eq!(narrowest_load_rad(&Resistance::Constant(3.0)), None);
     }
 
     #[test]

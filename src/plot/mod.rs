@@ -59,7 +59,7 @@ pub use page::{Entry, page};
 pub use quantity::{axis as quantity, title as title_of_columns};
 pub use recorded::{DEFLECTIONS, recorded};
 pub use rows::SIMULATED_TIME;
-pub use selection::{Named, add_under_full_name, column_name, figure, overview};
+pub use selection::{Named, add_name, add_under_full_name, column_name, figure, overview};
 pub use session_time::{SESSION_TIME, add_session_time, time_column};
 pub use time_range::{cut, recorded_time};
 pub use work_precision::work_precision;

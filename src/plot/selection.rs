@@ -116,12 +116,17 @@ fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
 pub fn add_under_full_name(tables: &mut [Named], full: &str) {
     // Names without a point belong to no list: a table's `torque_nm` is not `torque.torque_nm`.
     let Some((_, short)) = full.split_once('.').filter(|(_, short)| short.contains('.')) else { return };
-    if tables.iter().any(|named| named.can_draw(full)) {
+    add_name(tables, short, full);
+}
+
+/// Gives a column a second name, unless there is a column of that name.
+pub fn add_name(tables: &mut [Named], column: &str, second: &str) {
+    if tables.iter().any(|named| named.can_draw(second)) {
         return;
     }
-    if let Some(named) = tables.iter_mut().find(|named| named.can_draw(short)) {
-        let values = named.table.column(short).unwrap_or_default().to_vec();
-        named.table.push(full, values);
+    if let Some(named) = tables.iter_mut().find(|named| named.can_draw(column)) {
+        let values = named.table.column(column).unwrap_or_default().to_vec();
+        named.table.push(second, values);
     }
 }
 

@@ -101,7 +101,7 @@ pub struct LiveReport {
     pub verdict: EnergyVerdict,
     /// Steps of fixed cost that left more than the scene's tolerance.
     pub unconverged: u64,
-    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
+    /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,

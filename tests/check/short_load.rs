@@ -73,3 +73,40 @@ fn val_the_suggested_step_shows_a_short_load() -> Tried<()> {
     assert!(reason.starts_with("at least 10 steps in the shortest load of slider.resistance_table (0.0015"), "{reason}");
     Ok(())
 }
+
+/// The run of a campaign that is too coarse, by its step and speed together, is named; a base that no run keeps is not looked at.
+#[test]
+fn regress_the_run_of_a_campaign_that_jumps_over_a_load_is_named() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("press.toml"), PRESS)?;
+    let axis = |key: &str, values: &str| format!("[[vary]]\nkey = '{key}'\nvalues = {values}\n");
+    let speeds = axis("drive.ramp.to_rad_per_s", "[10, 30]");
+    for (name, steps, run) in [("fine", "[5e-5, 1e-4]", None), ("coarse", "[1e-4, 3e-4]", Some(3))] {
+        let campaign =
+            ["method = 'grid'\nscene = 'press.toml'\nuntil_s = 0.6\n", &axis("solver.step_s", steps), &speeds].concat();
+        fs::write(at.join(format!("{name}.toml")), campaign)?;
+        let said = said(&flexcrank(at, &["sweep", &format!("{name}.toml")])?)?;
+        let named = run.is_some_and(|run| said.contains(&format!("warning: run {run}: a step of 0.0003 s passes")));
+        assert_eq!((named, said.contains("the shortest load")), (run.is_some(), run.is_some()), "{said}");
+    }
+    Ok(())
+}
+
+/// A crank that a torque turns from rest has no speed at its start: `check` takes that of its run. One that swings beside the load is not
+/// warned of.
+#[test]
+fn regress_the_speed_is_that_at_which_the_load_is_passed() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let undriven = PRESS.replace("[drive]\nramp = { to_rad_per_s = 10, over_s = 0.5 }\n", "");
+    let turned = undriven.replace("mass_kg = 12.0", "mass_kg = 12.0\ninertia_kg_m2 = 30.0") + "[torque]\nconstant_nm = 200\n";
+    let swung = undriven + "[drive]\ntable = [[0, 0.5], [0.5, 1.0], [1.0, 0.5], [1.5, 1.0]]\n";
+    for (name, scene, warns) in [("turned", turned, true), ("swung", swung, false)] {
+        let file = format!("{name}.toml");
+        fs::write(at.join(&file), scene)?;
+        let said = said(&flexcrank(at, &["check", &file, "--until", "2"])?)?;
+        assert_eq!(said.contains("the shortest load"), warns, "{name}: {said}");
+    }
+    Ok(())
+}

@@ -7,13 +7,14 @@ use super::station::Station;
 use crate::mechanics::mechanism::Input;
 use crate::mechanics::observation::{ElementForces, LinkObservation, NodeObservation, Observation};
 
-/// Largest deflection over length for which the model is trusted.
+/// Largest slope from the chord for which the model is trusted, rad: that of a half wave with a tenth of the length as its height.
 ///
-/// The neglected terms grow as the square of the slope, `(πw/L)²`. Measured with two modes: mid-span within 0.4 % of its
+/// The neglected terms grow as the square of the slope, `(πw/L)²` of such a wave. A wire that hangs down from a clamped end has little
+/// deflection from its chord, and a steep slope at that end. Measured with two modes: mid-span within 0.4 % of its
 /// peak on R3 (1.6 % of the length), 3 % on R4m (17 %); a rod just buckled, the most sensitive case, is 2 % off the elastica at
 /// 5.5 % of the length and 6 % at 10 %.
-const LARGEST_DEFLECTION: f64 = 0.1;
-/// Intervals between the places where the deflection is compared with that bound.
+const LARGEST_SLOPE_RAD: f64 = 0.1 * std::f64::consts::PI;
+/// Intervals between the places where the slope is compared with that bound.
 const RANGE_INTERVALS: usize = 12;
 
 /// Tables of one link for its outputs.
@@ -58,8 +59,8 @@ impl<const W: usize> Observer<W> {
         out.resistance_n = slides.then(|| chain.tip.resistance(chain.frames[0].chord.angle)[0]);
         out.motion_torque_nm = chain.is_prescribed().then(|| chain.motion_torque_nm(input));
         out.energy = chain.energy(q);
-        let deflection = self.largest_deflection(chain);
-        out.out_of_range = (deflection > LARGEST_DEFLECTION).then_some(deflection);
+        let slope_rad = self.largest_slope_rad(chain);
+        out.out_of_range = (slope_rad > LARGEST_SLOPE_RAD).then_some(slope_rad);
     }
 
     /// Internal forces only where `out` has room for them: a link given by its mass alone has no known distribution of it.
@@ -121,14 +122,14 @@ impl<const W: usize> Observer<W> {
         })
     }
 
-    fn largest_deflection(&self, chain: &Chain<W>) -> f64 {
+    fn largest_slope_rad(&self, chain: &Chain<W>) -> f64 {
         let mut largest = 0.0_f64;
         for (places, link) in self.links.iter().zip(&chain.links) {
             for station in &places.range {
-                largest = largest.max(sum(&station.value, &link.u)[1].abs() / link.shapes.length_m);
+                largest = largest.max((sum(&station.slope, &link.u)[1] / link.shapes.length_m).abs());
             }
         }
-        largest
+        largest.atan()
     }
 }
 

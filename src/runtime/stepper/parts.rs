@@ -65,7 +65,7 @@ pub(super) struct Statistics {
     pub lateness: DurationHistogram,
     pub step_cost: DurationHistogram,
     pub step_errors: StepErrorHistogram,
-    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
+    /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
 }
 

@@ -105,7 +105,7 @@ pub(crate) fn setpoint_warning(setpoint: &SetpointState) -> Option<String> {
     setpoint.expired.then(|| "the setpoint has expired: no other came within its hold_s, and the torque is zero".to_owned())
 }
 
-/// The warning of the simulation: energy out of balance, or a link bent by `worst_out_of_range` of its length.
+/// The warning of the simulation: energy out of balance, or a link bent by `worst_out_of_range` from its chord, rad.
 pub(crate) fn warning(verdict: EnergyVerdict, worst_out_of_range: f64) -> Option<String> {
     if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = verdict {
         return Some(unbalanced(worst_j, in_play_j));
@@ -113,10 +113,10 @@ pub(crate) fn warning(verdict: EnergyVerdict, worst_out_of_range: f64) -> Option
     beyond_range(worst_out_of_range)
 }
 
-/// The warning that a link was bent by this part of its length, unless that is 0.
+/// The warning that a link was bent by this angle from its chord, rad, unless that is 0.
 pub(crate) fn beyond_range(worst_out_of_range: f64) -> Option<String> {
-    let bent = 100.0 * worst_out_of_range;
-    (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
+    let bent_deg = worst_out_of_range.to_degrees();
+    (bent_deg > 0.0).then(|| format!("out of the model's range: a link was bent by {bent_deg:.1}° from its chord"))
 }
 
 /// The beginning of the warning that a run is not to be trusted.

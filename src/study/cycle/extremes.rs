@@ -36,6 +36,8 @@ pub struct Extremes {
     pub of: Vec<Extreme>,
     /// Mean of the driving torque over the turn, N·m: the trapezoid sum over its grid of angles. `None` of dimensionless tables.
     pub mean_torque_nm: Option<f64>,
+    /// Work of the driving torque in the turn, J, in the direction in which the crank turns; `None` of dimensionless tables.
+    pub work_j: Option<f64>,
 }
 
 /// The extremes of what [`cycle`](super::cycle) made, ratio by ratio.
@@ -47,7 +49,10 @@ pub fn extremes(table: &Table) -> Vec<Extremes> {
     for to in (1..=angles.len()).filter(|&row| row == angles.len() || angles[row] == 0.0) {
         let of = table.columns().skip(2).map(|(column, values)| extreme(column, &values[from..to], &angles[from..to])).collect();
         let mean_torque_nm = table.column("driving_torque_nm").map(|values| mean(&values[from..to], &angles[from..to]));
-        all.push(Extremes { ratio: ratios[from], of, mean_torque_nm });
+        let backwards = table.column("crank_rate_rad_per_s").is_some_and(|rates| rates[from] < 0.0);
+        let turn_rad = if backwards { angles[from] - angles[to - 1] } else { angles[to - 1] - angles[from] };
+        let work_j = mean_torque_nm.map(|mean_nm| mean_nm * turn_rad);
+        all.push(Extremes { ratio: ratios[from], of, mean_torque_nm, work_j });
         from = to;
     }
     all
@@ -95,5 +100,13 @@ mod tests {
             let mean_nm = of.mean_torque_nm.expect("a torque");
             assert!((mean_nm / expected_nm - 1.0).abs() < of.ratio.powi(4), "{}: {mean_nm} for {expected_nm}", of.ratio);
         }
+        // Friction takes as much of a crank that turns backwards.
+        let works = [200.0, -200.0].map(|speed| {
+            let options = Options { speed_rad_per_s: Some(speed), ..Options::default() };
+            let works: Vec<f64> =
+                extremes(&cycle(&source, &options).expect("a turn")).iter().filter_map(|of| of.work_j).collect();
+            works[0]
+        });
+        assert!(works[0] > 0.1 && (works[0] - works[1]).abs() < 1e-9 * works[0], "{works:?} J");
     }
 }

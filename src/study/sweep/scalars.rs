@@ -3,7 +3,7 @@
 use crate::mechanics::{ElementForces, LinkObservation, Observation};
 use crate::scene::{Bar, Chain, End, Link, Scene, System};
 
-/// The scalar that is largest deflection over length where that is too large for the model; else 0.
+/// The scalar that is the largest slope of a link from its chord, rad, where that is too large for the model; else 0.
 pub(super) const OUT_OF_RANGE: &str = "peak_out_of_range";
 
 /// Numbers of one instant, where the model knows them.
