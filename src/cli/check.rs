@@ -68,7 +68,8 @@ A line `published` names a rate for `run --publish-hz` where the default has few
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
-    step_error_rad (largest change of the first link's angle as the step is halved), step_error_of_deflection (with a [drive]: \
+    step_error_rad (largest change of the first link's angle as the step is halved), \
+    half_step_diverges_s (when a run with half the step diverges), step_error_of_deflection (with a [drive]: \
     largest change of the deflection in a link's middle, over its peak), out_of_range (largest slope of a link \
     from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
@@ -124,6 +125,7 @@ struct Checked {
     lowest_bending_hz: Option<f64>,
     balance_error: Option<f64>,
     step_error_rad: Option<f64>,
+    half_step_diverges_s: Option<f64>,
     step_error_of_deflection: Option<f64>,
     out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
@@ -173,6 +175,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let own = OwnRun { trial: &trial, step_error };
     let (suggested_step_s, reason) = suggested_step(scene, vibrations, own, length);
     bar.set_message("running the scene for its axial forces");
+    let known_error = step_error.filter(|error| error.half_diverged_s.is_none());
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
@@ -186,8 +189,9 @@ pub(super) fn check(args: &Args) -> CommandResult {
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         // Of a scene at rest, it is of rounding.
         balance_error: trial.balance_error.filter(|_| !trial.stands_still),
-        step_error_rad: step_error.and_then(|error| error.angle_rad),
-        step_error_of_deflection: step_error.and_then(|error| error.deflection).map(|error| error.of_peak),
+        step_error_rad: known_error.and_then(|error| error.angle_rad),
+        half_step_diverges_s: step_error.and_then(|error| error.half_diverged_s),
+        step_error_of_deflection: known_error.and_then(|error| error.deflection).map(|error| error.of_peak),
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
@@ -213,6 +217,12 @@ pub(super) fn check(args: &Args) -> CommandResult {
         say!(
             "warning: with half the step, the first link's angle differs by up to {error_rad:.1e} rad in this run: shorten the step until \
              it no longer does; if it always does, the motion is chaotic"
+        );
+    }
+    if let Some(time_s) = checked.half_step_diverges_s.filter(|_| trial.verdict.is_ok()) {
+        let time = figure(time_s);
+        say!(
+            "warning: with half the step, the run diverges at t = {time} s: this step hides it, and its motion is not to be trusted"
         );
     }
     if trial.stands_still {
@@ -283,6 +293,7 @@ impl Checked {
         let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
         let finding = match trial.verdict {
             Err(_) => "valid, but it diverges",
+            Ok(_) if self.half_step_diverges_s.is_some() => "valid, but with half the step it diverges",
             Ok(EnergyVerdict::Unbalanced { .. }) => "valid, but not to be trusted at its step",
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.out_of_range.is_some() => {
                 "valid, but a link bends out of the model's range"

@@ -22,6 +22,8 @@ pub(super) struct StepError {
     uncompared: Uncompared,
     /// Simulated time over which they were compared, s.
     until_s: f64,
+    /// Simulated time at which the run with half the step diverged, s.
+    pub(super) half_diverged_s: Option<f64>,
 }
 
 /// Why no deflection is compared where the angle is prescribed.
@@ -85,11 +87,15 @@ impl StepError {
         let mut halved = scene.clone();
         halved.solver.step_s *= 0.5;
         let (begun, mut run) = (Instant::now(), Simulation::new(&halved).ok()?);
-        let (mut angle_rad, mut steps, mut until_s) = (0.0_f64, 0, None);
+        let (mut angle_rad, mut steps, mut until_s, mut half_diverged_s) = (0.0_f64, 0, None, None);
         let mut deflections = vec![[0.0_f64; 2]; chain.links.len()];
         'looks: for look in &own.looks {
             while steps < 2 * look.step {
-                if begun.elapsed() > 2 * length.longest || run.step().is_err() {
+                if begun.elapsed() > 2 * length.longest {
+                    break 'looks;
+                }
+                if run.step().is_err() {
+                    half_diverged_s = Some(run.time_s());
                     break 'looks;
                 }
                 steps += 1;
@@ -101,10 +107,10 @@ impl StepError {
             }
             until_s = Some(run.time_s());
         }
-        let until_s = until_s?;
+        let until_s = until_s.or(half_diverged_s)?;
         let uncompared = Uncompared::of(chain, scene.solver.model);
         let Drive::Motion(_) = scene.drive else {
-            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, uncompared, until_s });
+            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, uncompared, until_s, half_diverged_s });
         };
         let bent = chain.links.iter().zip(deflections).filter(|(_, [_, peak_m])| *peak_m > 0.0);
         let errors = bent.map(|(link, [largest_m, peak_m])| {
@@ -112,7 +118,7 @@ impl StepError {
             DeflectionError { link, largest_m, of_peak }
         });
         let deflection = errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak));
-        Some(StepError { angle_rad: None, deflection, uncompared, until_s })
+        Some(StepError { angle_rad: None, deflection, uncompared, until_s, half_diverged_s })
     }
 
     /// The error, if it is known and too large for a step that is suggested.
@@ -128,6 +134,9 @@ impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let until = figure(self.until_s);
         match *self {
+            StepError { half_diverged_s: Some(time_s), .. } => {
+                write!(f, "not known: the run with half the step diverges at t = {} s", figure(time_s))
+            }
             StepError { angle_rad: Some(angle_rad), .. } => {
                 write!(f, "{angle_rad:.1e} rad in the first link's angle, until {until} s")
             }

@@ -149,7 +149,7 @@ impl OwnRun<'_> {
         let is_exact = step_s < scene.solver.step_s
             && self.trial.verdict.is_ok()
             && self.trial.cut_off_s.is_none()
-            && self.step_error.is_some_and(|error| error.too_large().is_none());
+            && self.step_error.is_some_and(|error| error.too_large().is_none() && error.half_diverged_s.is_none());
         let step_error = if is_kept(&trial.verdict) && !is_exact { StepError::of(&other, &trial, length) } else { None };
         verdict(&other, &trial, step_error)
     }
@@ -161,6 +161,8 @@ fn verdict(scene: &Scene, trial: &Trial, step_error: Option<StepError>) -> Verdi
     let short_load = ShortLoad::on(scene, &trial.ways(step_s)).map(ShortLoad::longest_step_s);
     match (step_error.and_then(StepError::too_large), short_load) {
         _ if !is_kept(&trial.verdict) => Verdict::Unbalanced,
+        // What half the step does not reproduce is not to be suggested.
+        _ if step_error.is_some_and(|error| error.half_diverged_s.is_some()) => Verdict::Unbalanced,
         (Some(error), _) => Verdict::Inexact(error),
         (None, Some((longest_s, why))) if longest_s < step_s => Verdict::Coarse(longest_s, why),
         (None, _) => Verdict::Sufficient { cut_off_s: trial.cut_off_s },

@@ -61,6 +61,7 @@ fn of_scene(scene: &Scene) -> Vec<String> {
         .chain(of_speed)
         .chain(long_ramp(&scene.drive))
         .chain(long_pulses(&scene.drive))
+        .chain(strong_pulses(scene))
         .collect()
 }
 
@@ -120,6 +121,17 @@ fn long_pulses(drive: &Drive) -> impl Iterator<Item = String> {
     long.map(|(index, pulse)| {
         let [given, meant] = [pulse.duration_s, 1e-3 * pulse.duration_s].map(figure);
         format!("pulse.{index}.duration_s = {given} is long for a pulse: times are in s, and {given} ms is {meant}")
+    })
+}
+
+/// Warnings of pulses that a client could not send.
+fn strong_pulses(scene: &Scene) -> impl Iterator<Item = String> {
+    let pulses = if let Drive::Torque { pulses, .. } = &scene.drive { &pulses[..] } else { &[] };
+    let limit_nm = scene.commands.torque_limit_nm;
+    let strong = pulses.iter().enumerate().filter(move |(_, pulse)| pulse.torque_nm.abs() > limit_nm);
+    strong.map(move |(index, pulse)| {
+        let [given, limit] = [pulse.torque_nm, limit_nm].map(figure);
+        format!("pulse.{index}.torque_nm = {given} is over commands.torque_limit_nm = {limit}, which pulses from the bus keep")
     })
 }
 

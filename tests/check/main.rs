@@ -1,5 +1,6 @@
 //! `check` measures the error of the step, and warns where that loses the motion.
 
+mod half_step;
 mod pendulum;
 mod short_load;
 mod sudden_start;

@@ -49,8 +49,7 @@ pub fn extremes(table: &Table) -> Vec<Extremes> {
     for to in (1..=angles.len()).filter(|&row| row == angles.len() || angles[row] == 0.0) {
         let of = table.columns().skip(2).map(|(column, values)| extreme(column, &values[from..to], &angles[from..to])).collect();
         let mean_torque_nm = table.column("driving_torque_nm").map(|values| mean(&values[from..to], &angles[from..to]));
-        let backwards = table.column("crank_rate_rad_per_s").is_some_and(|rates| rates[from] < 0.0);
-        let turn_rad = if backwards { angles[from] - angles[to - 1] } else { angles[to - 1] - angles[from] };
+        let turn_rad = angles[to - 1] - angles[from];
         let work_j = mean_torque_nm.map(|mean_nm| mean_nm * turn_rad);
         all.push(Extremes { ratio: ratios[from], of, mean_torque_nm, work_j });
         from = to;

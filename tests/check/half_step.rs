@@ -1,0 +1,49 @@
+//! Steps whose motion a run with half of them does not reproduce.
+
+use std::fs;
+
+use crate::{Tried, checked};
+
+/// A pump whose rod's modulus is in MPa: at 0.1 ms it runs to its end, and at 0.05 ms it diverges after 79 ms.
+const PUMP: &str = r#"
+[crank]
+length_m = 0.015
+mass_kg = 0.6
+centre_of_mass_m = 0.0
+inertia_kg_m2 = 2.0e-3
+rigid = true
+[rod]
+length_m = 0.15
+section = { shape = "round", diameter_m = 0.005 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.1e5
+elements = 8
+modes = 3
+damping_s = 1.0e-5
+[slider]
+mass_kg = 0.15
+resistance_table = [[0.0, 0.0], [0.4, -30.0], [2.9, -30.0], [3.3, 0.0], [4.2, 200.0], [5.9, 200.0]]
+[base]
+damper_nm_s_per_rad = 0.06
+[torque]
+constant_nm = 6.5
+[solver]
+step_s = 0.0001
+"#;
+
+#[test]
+fn regress_a_step_is_not_suggested_if_half_of_it_diverges() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("pump.toml");
+    fs::write(&file, PUMP)?;
+    let file = file.to_string_lossy();
+    let (printed, said) = checked(&file, &[], &[])?;
+    assert!(printed.contains("valid, but with half the step it diverges"), "{printed}");
+    assert!(printed.contains("step error   not known: the run with half the step diverges at t = 0.0789"), "{printed}");
+    assert!(said.contains("warning: with half the step, the run diverges at t = 0.0789"), "{said}");
+    let (printed, _) = checked(&file, &[], &["--json"])?;
+    let found: serde_json::Value = serde_json::from_str(&printed)?;
+    assert!(found["step_error_rad"].is_null() && found["half_step_diverges_s"].is_f64(), "{printed}");
+    assert_ne!(found["suggested_step_s"], 1e-4, "{printed}");
+    Ok(())
+}
