@@ -2,6 +2,7 @@
 
 mod half_step;
 mod pendulum;
+mod range;
 mod short_load;
 mod sudden_start;
 
