@@ -40,7 +40,7 @@ pub(super) struct ShortLoad {
 }
 
 impl ShortLoad {
-    /// Of a scene whose crank moves so; `None` without a table, and of loads that the crank does not pass.
+    /// The load that a crank passes on these ways; `None` without a table, or if the crank passes no load.
     pub(super) fn on(scene: &Scene, ways: &[Way]) -> Option<Self> {
         let load = |range: [f64; 2]| {
             let rates = ways.iter().filter(|way| way.passes(range)).map(|way| way.rad_per_s.abs());
@@ -50,7 +50,7 @@ impl ShortLoad {
         passed.min_by(|one, other| one.passed_s().total_cmp(&other.passed_s()))
     }
 
-    /// Of a scene at the speeds that its drive prescribes, or at that of its start.
+    /// The load that the crank passes at the speeds of its drive, or at its start rate.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         resistance(scene)?;
         let Drive::Motion(Motion::Table(rows)) = &scene.drive else {

@@ -17,7 +17,7 @@ pub struct BuildError {
     pub why: Cow<'static, str>,
 }
 
-/// What energy in play is.
+/// The parts of the energy in play.
 const IN_PLAY: &str = "there at the start, fallen in gravity, or put in";
 
 /// Cause that stops a simulation.

@@ -58,7 +58,7 @@ pub fn extremes(table: &Table) -> Vec<Extremes> {
 }
 
 /// Mean over angles. Of a smooth quantity over a whole turn, the trapezoid sum errs by less than any power of the interval; where a
-/// table of resistance has corners, by its square.
+/// table of resistance has corners that the grid resolves, by its square.
 fn mean(values: &[f64], angles: &[f64]) -> f64 {
     let parts =
         values.windows(2).zip(angles.windows(2)).map(|(value, angle)| (value[0] + value[1]) / 2.0 * (angle[1] - angle[0]));
