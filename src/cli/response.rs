@@ -381,3 +381,18 @@ fn of_one<'a>(quantity: &str, mut outputs: impl Iterator<Item = &'a Axis>) -> St
         _ => quantity.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::unmet;
+
+    /// Only vibrations of the range count, and only beside others whose peaks are met.
+    #[test]
+    fn regress_vibrations_whose_peaks_are_not_met_are_named() {
+        let natural = [[10.0, 1e-3], [20.0, 5e-11], [300.0, 0.0]];
+        assert!(unmet(&natural, &[1.0, 100.0]).is_some_and(|remark| remark.starts_with("  20 Hz: damped by less than 1e-8")));
+        assert!(unmet(&natural, &[1.0, 300.0]).is_some_and(|remark| remark.starts_with("  20 Hz, 300 Hz: ")));
+        assert_eq!(unmet(&natural, &[1.0, 19.0]), None);
+        assert_eq!(unmet(&natural[1..], &[1.0, 300.0]), None, "the frequency response says so of undamped motion");
+    }
+}

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::aligned_table::figure;
 use super::suggested_step::speed_rad_per_s;
 use crate::mechanics::loads_rad;
-use crate::scene::{Drive, End, Motion, Resistance, Scene, SceneSource};
+use crate::scene::{Drive, End, Level, Motion, Resistance, Scene, SceneSource};
 use crate::simulation::Loads;
 
 /// With fewer steps, the peak of a triangle may come out an eighth too small.
@@ -69,12 +69,14 @@ impl ShortLoad {
         Self::on(scene, &motions.windows(2).map(way).collect::<Vec<Way>>())
     }
 
-    /// The warning of a scene's step, or of that of a level: the longest that is too long.
+    /// The warning of a scene's step, or of that of a level, which is named: the longest that is too long.
     pub(super) fn warning_of(source: &SceneSource) -> Option<String> {
-        let levels = (0..source.scene.levels.len()).filter_map(|level| Some(source.at_level(level).ok()?.scene));
-        let scenes: Vec<Scene> = std::iter::once(source.scene.clone()).chain(levels).collect();
-        let longest = scenes.iter().max_by(|one, other| one.solver.step_s.total_cmp(&other.solver.step_s))?;
-        Self::of(longest)?.warning(longest.solver.step_s)
+        let level =
+            |(index, level): (usize, &Level)| Some((format!("level `{}`: ", level.name), source.at_level(index).ok()?.scene));
+        let levels = source.scene.levels.iter().enumerate().filter_map(level);
+        let scenes: Vec<(String, Scene)> = std::iter::once((String::new(), source.scene.clone())).chain(levels).collect();
+        let (named, longest) = scenes.iter().max_by(|(_, one), (_, other)| one.solver.step_s.total_cmp(&other.solver.step_s))?;
+        Some(format!("{named}{}", Self::of(longest)?.warning(longest.solver.step_s)?))
     }
 
     /// The warning of so many angles over a turn, both ends included, that are too few for the shortest load.

@@ -1,6 +1,7 @@
 //! Warnings of numbers that are allowed, but look like mistakes, such as a length in mm.
 
 mod materials;
+mod pulses;
 mod sizes;
 mod speeds;
 
@@ -9,6 +10,7 @@ use std::f64::consts::TAU;
 use super::aligned_table::figure;
 use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
 use materials::{left_out_damping, light_material, soft_material, strong_damping};
+use pulses::{long_pulses, strong_pulses};
 use sizes::{no_slender_bar, of_lengths};
 use speeds::{fast_crank, long_ramp};
 
@@ -16,8 +18,6 @@ use speeds::{fast_crank, long_ramp};
 const ROUND_DEGREES: f64 = 5.0;
 /// Such angles are smaller in a table that may be in radians, rad.
 const FEW_DEGREES: f64 = 30.0;
-/// Torque that acts for longer is rarely called a pulse, s.
-const LONGEST_PULSE_S: f64 = 30.0;
 /// A slider or a mass at the tip is rarely so heavy, kg, and so many times as heavy as the links.
 const HEAVY_KG: f64 = 10.0;
 const HEAVY_RATIO: f64 = 300.0;
@@ -114,27 +114,6 @@ fn table_in_degrees(drive: &Drive) -> Option<String> {
     (first_rad.abs() > TAU || (is_round && largest_rad >= FEW_DEGREES) || swings_far).then(warning)
 }
 
-/// Warnings of pulses that last long, as with a duration in ms.
-fn long_pulses(drive: &Drive) -> impl Iterator<Item = String> {
-    let pulses = if let Drive::Torque { pulses, .. } = drive { &pulses[..] } else { &[] };
-    let long = pulses.iter().enumerate().filter(|(_, pulse)| pulse.duration_s > LONGEST_PULSE_S);
-    long.map(|(index, pulse)| {
-        let [given, meant] = [pulse.duration_s, 1e-3 * pulse.duration_s].map(figure);
-        format!("pulse.{index}.duration_s = {given} is long for a pulse: times are in s, and {given} ms is {meant}")
-    })
-}
-
-/// Warnings of pulses that a client could not send.
-fn strong_pulses(scene: &Scene) -> impl Iterator<Item = String> {
-    let pulses = if let Drive::Torque { pulses, .. } = &scene.drive { &pulses[..] } else { &[] };
-    let limit_nm = scene.commands.torque_limit_nm;
-    let strong = pulses.iter().enumerate().filter(move |(_, pulse)| pulse.torque_nm.abs() > limit_nm);
-    strong.map(move |(index, pulse)| {
-        let [given, limit] = [pulse.torque_nm, limit_nm].map(figure);
-        format!("pulse.{index}.torque_nm = {given} is over commands.torque_limit_nm = {limit}, which pulses from the bus keep")
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::suspect_numbers;
@@ -154,6 +133,24 @@ mod tests {
         };
         assert_eq!(given(&["crank.damping_s=0", "rod.damping_s=1"])?, [said("rod", "1")]);
         assert_eq!(given(&["crank.damping_s=0", "rod.damping_s=0"])?, [""; 0]);
+        Ok(())
+    }
+
+    /// A pulse of the scene counts as one from the bus, in either direction; at the limit it may be.
+    #[test]
+    fn regress_pulses_over_the_torque_limit_are_named() -> Result<(), SceneError> {
+        let said = |torque: &str| {
+            let pulse = format!("pulse=[{{ start_s = 0.1, torque_nm = {torque}, duration_s = 0.1 }}]");
+            warnings("crank-slider", &["commands.torque_limit_nm=50", &pulse])
+        };
+        for torque in ["50.1", "-50.1", "1e9"] {
+            let warning =
+                format!("pulse.0.torque_nm = {torque} is over commands.torque_limit_nm = 50, which pulses from the bus keep");
+            assert_eq!(said(torque)?, [warning.replace("1e9", "1.00000e9")]);
+        }
+        for torque in ["50", "-50"] {
+            assert_eq!(said(torque)?, [""; 0]);
+        }
         Ok(())
     }
 

@@ -110,3 +110,20 @@ fn regress_the_speed_is_that_at_which_the_load_is_passed() -> Tried<()> {
     }
     Ok(())
 }
+
+/// A level that is fine in itself may have a step that is too long: `run` names it.
+#[test]
+fn regress_the_level_whose_step_jumps_over_a_load_is_named() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let levels =
+        |step: &str| format!("[[level]]\nname = 'fine'\n[[level]]\nname = 'cheap'\nchanges = ['solver.step_s={step}']\n");
+    for (step, warns) in [("0.0002", false), ("0.002", true)] {
+        fs::write(at.join("press.toml"), PRESS.replace("step_s = 0.01", "step_s = 0.0001") + &levels(step))?;
+        let run = ["run", "press.toml", "--no-bus", "--no-record", "--pace", "max", "--until", "0.6"];
+        let said = said(&flexcrank(at, &run)?)?;
+        let warning = "level `cheap`: a step of 0.002 s passes the shortest load of slider.resistance_table";
+        assert_eq!((said.contains(warning), said.contains("the shortest load")), (warns, warns), "{said}");
+    }
+    Ok(())
+}

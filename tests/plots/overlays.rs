@@ -1,6 +1,6 @@
 //! Files over one another.
 
-use std::fs::read_to_string;
+use std::fs::{read_to_string, write};
 use std::path::Path;
 
 use flexcrank::plot::{Axis, Figure, Picture as _, overlaid};
@@ -271,4 +271,26 @@ fn regress_a_part_of_a_trade_lies_over_a_whole_one() {
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let drawn = texts(&read_to_string(at.join("columns.svg")).unwrap());
     assert!(drawn.iter().any(|text| text == legend[0]), "{drawn:?}");
+}
+
+/// A table's node is that of the first recording: beside 4 elements the middle, beside 8 the quarter.
+#[test]
+fn regress_a_table_without_a_mesh_lies_at_the_place_of_the_first_recordings_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record_meshes(at);
+    write(at.join("lab.csv"), "time_s,rod.2.deflection_m\n0,0\n0.02,1e-6\n").unwrap();
+    for (files, place, meshes) in [
+        (["lab.csv", "coarse.mcap", "fine.mcap"], "1/2", ["coarse (rod: 4 elements)", "fine (rod: 8 elements)"]),
+        (["fine.mcap", "coarse.mcap", "lab.csv"], "1/4", ["fine (rod: 8 elements)", "coarse (rod: 4 elements)"]),
+    ] {
+        let columns = ["--overlay", "--y", "rod.2.deflection_m", "-o", "one.svg"];
+        let output = plot(at, &[files.as_slice(), &columns].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        let drawn = texts(&read_to_string(at.join("one.svg")).unwrap());
+        let axis = format!("rod at {place} length: deflection (m)");
+        for text in meshes.into_iter().chain(["lab", axis.as_str()]) {
+            assert_eq!(drawn.iter().filter(|other| *other == text).count(), 1, "{text} in {drawn:?}");
+        }
+    }
 }
