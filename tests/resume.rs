@@ -115,7 +115,7 @@ fn prop_what_if_equals_a_session_recorded_with_the_change() -> Outcome {
     let added = attempt(Change { pulses: vec![pulse], ..Change::default() }, "added.mcap")?;
     assert!(added.diverged.is_none() && added.from_s >= 10.0 && added.from_s < 12.0, "{added:?}");
     assert_eq!(added.deviation.first.as_ref().map(|first| first.instant), Some((0, 6_010)));
-    assert!(added.deviation.largest["crank angle, rad"].value > 1e-3 && added.deviation.largest["energy, J"].value > 0.1);
+    assert!(added.deviation.largest["crank angle, rad"].value > 1e-3 && added.deviation.largest["total energy, J"].value > 0.1);
     let (expected, computed) = (telemetry(&with.path().join("run.mcap"))?, telemetry(&was.path().join("added.mcap"))?);
     assert!(computed.len() > 400);
     for (key, (_, payload)) in &computed {

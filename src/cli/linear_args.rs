@@ -34,9 +34,6 @@ pub(super) struct Linear {
     pub title: String,
 }
 
-/// Why a chain has no input, and the way to one.
-pub(super) const NO_INPUT: &str = "no input: the crank is held, and the chain has no slider; --crank free has torque_nm";
-
 impl Linear {
     /// Warns where the slowest motion that something holds is known to some percent only in A, which gives `result`.
     pub(super) fn warn_of_rounding(&self, lowest: &[Mode], result: &str) {

@@ -9,7 +9,7 @@ use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::must_be_targets;
-use super::linear_args::{Linear, LinearArgs, NO_INPUT};
+use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
 use super::progress::elapsed;
 use super::state_space_file::StateSpaceFile;
@@ -72,9 +72,6 @@ pub(super) fn linearise(args: &Args) -> CommandResult {
         writeln!(out, "  {what:<8} {}{name}{by_scheme}", shown(exact))?;
     }
     writeln!(out, "{}", args.output.path().display())?;
-    if space.inputs.is_empty() {
-        say!("warning: {NO_INPUT}");
-    }
     Ok(ExitStatus::Success)
 }
 

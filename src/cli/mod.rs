@@ -47,6 +47,7 @@ mod other_names;
 mod output;
 mod overlay;
 mod overlay_places;
+mod peaks;
 mod periodic;
 mod phases;
 mod plot;

@@ -1,6 +1,5 @@
 //! `response`: small motion under one input, over frequency and after a step.
 
-use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -11,15 +10,16 @@ use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
-use super::linear_args::{Linear, LinearArgs, NO_INPUT};
+use super::linear_args::{Linear, LinearArgs};
 use super::mode_figures::rounded;
 use super::output::output;
+use super::peaks::{UNDAMPED, natural_hz, unmet};
 use super::phases::{unwrap, within_half_a_turn};
 use super::progress::bar;
 use super::values::{positive, positive_time};
 use super::written::{draw, write_table};
 use crate::plot::{self, Axis, Figure, Named};
-use crate::small_motion::{FreeMotions, Mode, modes};
+use crate::small_motion::{FreeMotions, Mode, StateSpace, modes};
 use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
@@ -27,6 +27,7 @@ Examples:
   flexcrank response                                        torque on the default scene at its start
   flexcrank response crank-slider --angle 57 --output slider_m --plot responses
   flexcrank response crank-slider --angle 57 --input slider_force_n --from 1 --to 1e4 --csv bode.csv
+  flexcrank response ref-r5 --crank held                    a force across the tip of the clamped beam
   flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
 
 Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state; phases in the table are from −180° to 180°, and those of --csv and --plot go on without jumps. Step response: each \
@@ -40,8 +41,6 @@ const FREQUENCIES: usize = 600;
 /// More of them about each natural frequency, and how far they reach, in widths of its peak.
 const ABOUT_PEAK: i32 = 20;
 const WIDTHS: f64 = 4.0;
-/// Vibrations that are less damped have a peak that no frequency meets.
-const UNDAMPED: f64 = 1e-8;
 /// Angles beyond this are no small motion, rad.
 const SMALL_RAD: f64 = 1.0;
 /// Motion grows by itself where an eigenvalue has more than this part of itself in its positive real part; less is rounding.
@@ -55,10 +54,11 @@ const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 pub(super) struct Args {
     #[command(flatten)]
     pub linear: LinearArgs,
-    /// The input. Default: the torque on a crank that is free, or else the first input.
+    /// The input. Default: the torque on a crank that is free; else the force on the slider, or that on the tip which is more across its
+    /// link.
     #[arg(long, value_name = "NAME")]
     pub input: Option<String>,
-    /// Outputs. Default: angle, slider and deflections; the masses of an oscillator.
+    /// Outputs. Default: angle, slider or tip, and deflections; the masses of an oscillator.
     #[arg(long = "output", value_name = "NAME", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Lowest frequency, Hz. Default: a tenth of the lowest natural frequency.
@@ -125,26 +125,6 @@ pub(super) fn response(args: &Args) -> CommandResult {
     Ok(ExitStatus::Success)
 }
 
-/// Natural frequencies, Hz, and damping ratios.
-fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
-    let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
-    vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
-}
-
-/// The remark on vibrations of a range whose peaks no frequency meets, beside others that are damped.
-fn unmet(natural: &[[f64; 2]], frequencies_hz: &[f64]) -> Option<String> {
-    let [low, high] = [frequencies_hz.first()?, frequencies_hz.last()?];
-    let in_range = || natural.iter().filter(|[hz, _]| (low..=high).contains(&hz));
-    let (met, unmet): (Vec<[f64; 2]>, Vec<[f64; 2]>) = in_range().partition(|[_, damping]| *damping > UNDAMPED);
-    let unmet: Vec<String> = unmet.iter().map(|[hz, _]| format!("{} Hz", figure(*hz))).collect();
-    (!met.is_empty() && !unmet.is_empty()).then(|| {
-        let hz = unmet.join(", ");
-        format!(
-            "  {hz}: damped by less than {UNDAMPED:e} of the critical damping, so that the largest response there is not known"
-        )
-    })
-}
-
 /// The largest rate at which motion grows by itself, 1/s.
 fn growth_per_s(found: &[Mode]) -> Option<f64> {
     let growing = found.iter().filter(|mode| mode.eigenvalue.re > GROWS * mode.eigenvalue.norm());
@@ -158,11 +138,8 @@ impl Args {
             Some(name) if name == "torque_nm" && linear.chosen.subject.is_held() => {
                 return Err(Failure::Usage("no input \"torque_nm\": the crank is held; --crank free has it".to_owned()));
             }
-            _ if space.inputs.is_empty() => {
-                return Err(Failure::Usage(NO_INPUT.to_owned()));
-            }
             Some(name) => place(name, &space.inputs, "input")?,
-            None => 0,
+            None => usual_input(space),
         };
         let outputs: Vec<usize> = match self.outputs.as_slice() {
             [] => usual(&space.outputs),
@@ -246,9 +223,18 @@ fn place(name: &str, names: &[String], what: &str) -> CommandResult<usize> {
     found.ok_or_else(|| Failure::Usage(format!("no {what} {name:?}; there are {}", names.join(", "))))
 }
 
+/// The input that users look at first: the first one, or that of two forces on the tip which is more across the last link.
+fn usual_input(space: &StateSpace) -> usize {
+    let chord = space.outputs.iter().rposition(|name| name.ends_with("_chord_rad"));
+    let lies_along_x = chord.is_some_and(|chord| space.at[chord].cos().abs() > space.at[chord].sin().abs());
+    usize::from(lies_along_x && space.inputs.first().is_some_and(|name| name == "tip_force_x_n"))
+}
+
 /// The outputs that users look at first.
 fn usual(names: &[String]) -> Vec<usize> {
-    let first = |name: &str| name.ends_with("angle_rad") || name.ends_with("deflection_m") || name == "slider_m";
+    let first = |name: &str| {
+        name.ends_with("angle_rad") || name.ends_with("deflection_m") || ["slider_m", "tip_x_m", "tip_y_m"].contains(&name)
+    };
     let masses = |name: &str| name.starts_with("mass_") && name.ends_with("_m");
     let chosen: Vec<usize> = (0..names.len()).filter(|&k| first(&names[k]) || masses(&names[k])).collect();
     if chosen.is_empty() { vec![0] } else { chosen }
@@ -379,20 +365,5 @@ fn of_one<'a>(quantity: &str, mut outputs: impl Iterator<Item = &'a Axis>) -> St
     match (outputs.next(), outputs.next()) {
         (Some(only), None) => format!("{quantity} of {}", only.label),
         _ => quantity.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::unmet;
-
-    /// Only vibrations of the range count, and only beside others whose peaks are met.
-    #[test]
-    fn regress_vibrations_whose_peaks_are_not_met_are_named() {
-        let natural = [[10.0, 1e-3], [20.0, 5e-11], [300.0, 0.0]];
-        assert!(unmet(&natural, &[1.0, 100.0]).is_some_and(|remark| remark.starts_with("  20 Hz: damped by less than 1e-8")));
-        assert!(unmet(&natural, &[1.0, 300.0]).is_some_and(|remark| remark.starts_with("  20 Hz, 300 Hz: ")));
-        assert_eq!(unmet(&natural, &[1.0, 19.0]), None);
-        assert_eq!(unmet(&natural[1..], &[1.0, 300.0]), None, "the frequency response says so of undamped motion");
     }
 }

@@ -236,7 +236,9 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interru
     bar.finish_and_clear();
     show_legend(&swept)?;
     for map in &swept {
-        show_map(map)?;
+        if map.outcomes.iter().any(|end| end.category != Category::NotRun) {
+            show_map(map)?;
+        }
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
         let picture = plot::stability::swept(map);
         args.plot.as_deref().map_or(Ok(()), |folder| draw(folder, &map.map.name, &picture, false))?;

@@ -9,6 +9,7 @@ use super::command_line::command_line;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::output;
+use super::short_load::ShortLoad;
 use crate::scene::{SceneSource, level_tables};
 use crate::study::trade::{Choice, Chosen, Corrections, Levels, NoLevels};
 use crate::whole_file::write_new;
@@ -27,6 +28,7 @@ pub(super) fn decide(
     let shown = writeln!(output(), "\n{measured}{}", tables(&keys));
     write_scene(write, &copy, &measured)?;
     shown?;
+    warn_of_short_loads(&copy);
     if let Some(measured) = chosen.row.outcome.as_ref().ok().filter(|measured| !measured.balance_kept) {
         let (run, balance, remedy) = match measured.corrections {
             Corrections::NotAsked => ("run", "their energy balance", "with energy among the --outputs, more are tried"),
@@ -54,7 +56,15 @@ pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<L
     let shown = writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables));
     write_scene(write, &levels.source, "")?;
     shown?;
+    warn_of_short_loads(&levels.source);
     Ok(ExitStatus::Success)
+}
+
+/// Warns of a chosen step that is too long for a load of the slider: runs are not compared between steps.
+fn warn_of_short_loads(scene: &SceneSource) {
+    if let Some(warning) = ShortLoad::warning_of(scene) {
+        say!("warning: {warning}");
+    }
 }
 
 /// Writes the scene to `--write`, with comments on its solver.

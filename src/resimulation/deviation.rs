@@ -111,7 +111,7 @@ impl Deviation {
 
     fn energies(&mut self, was: &Energies, is: &Energies, session_s: f64) {
         let total_j = |of: &Energies| [of.kinetic_j, of.strain_j, of.potential_j].into_iter().flatten().sum::<f64>();
-        self.put("energy, J", total_j(was) - total_j(is), session_s);
+        self.put("total energy, J", total_j(was) - total_j(is), session_s);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Inputs of a linearised mechanism: torque, a force on the slider, forces on masses.
+//! Inputs of a linearised mechanism: torque, a force on the slider or the tip, forces on masses.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,6 +6,7 @@ use super::linearised::Linearised;
 use super::outputs::Outputs;
 use super::point::Point;
 use super::subject::Subject;
+use crate::mechanics::Mechanism;
 use crate::scene::{Chain, End, Resistance};
 
 /// A force beside which the residual of a mechanism in equilibrium is rounding, N or N·m.
@@ -45,7 +46,38 @@ pub(super) fn inputs(subject: &Subject, point: &Point, system: &Linearised, outp
         let direct = slope(|force_n| outputs.values(subject.changed(|chain| push(chain, force_n)).as_mut(), point));
         inputs.push(InputColumn { name: "slider_force_n".to_owned(), force, direct });
     }
+    if subject.chain().is_some_and(|chain| matches!(chain.end, End::Free { .. })) {
+        inputs.extend(["x", "y"].into_iter().enumerate().map(|(axis, name)| {
+            let force = -by_tip_force(subject, axis, |mechanism| residual(mechanism, point));
+            let direct = by_tip_force(subject, axis, |mechanism| outputs.values(mechanism, point));
+            InputColumn { name: format!("tip_force_{name}_n"), force, direct }
+        }));
+    }
     inputs
+}
+
+/// Change of residuals or readings by a force of 1 N along an axis at the free end: weight of a mass of 1 kg there, whose inertia the
+/// opposite weight takes out. Both are affine in weight, so that it is exact to rounding.
+fn by_tip_force(subject: &Subject, axis: usize, mut of: impl FnMut(&mut dyn Mechanism) -> DVector<f64>) -> DVector<f64> {
+    let mut by_weight = |added_kg: f64| {
+        slope(|gravity_m_per_s2| {
+            let mut mechanism = subject.changed(|chain| {
+                chain.gravity_m_per_s2 = [0.0; 2];
+                chain.gravity_m_per_s2[axis] = gravity_m_per_s2;
+                if let End::Free { tip_mass_kg } = &mut chain.end {
+                    *tip_mass_kg += added_kg;
+                }
+            });
+            of(mechanism.as_mut())
+        })
+    };
+    by_weight(1.0) - by_weight(0.0)
+}
+
+fn residual(mechanism: &mut dyn Mechanism, point: &Point) -> DVector<f64> {
+    let mut r = vec![0.0; point.q.len()];
+    mechanism.residual(&point.input, &point.q, &point.v, &point.a, &mut r);
+    DVector::from_vec(r)
 }
 
 /// The slope of an affine function, exact to rounding.
@@ -58,12 +90,7 @@ pub(super) fn slider_row(subject: &Subject, point: &Point) -> Option<DVector<f64
     if !matches!(subject.chain()?.end, End::Slider(_)) {
         return None;
     }
-    let residual = |force_n: f64| {
-        let mut r = vec![0.0; point.q.len()];
-        subject.changed(|chain| push(chain, force_n)).residual(&point.input, &point.q, &point.v, &point.a, &mut r);
-        DVector::from_vec(r)
-    };
-    Some(-slope(residual))
+    Some(-slope(|force_n| residual(subject.changed(|chain| push(chain, force_n)).as_mut(), point)))
 }
 
 /// Adds a force along x to the resistance of the slider, which acts against x.

@@ -53,6 +53,8 @@ mod tension;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod tip_force_tests;
+#[cfg(test)]
 mod turning_tests;
 pub mod variation;
 mod vibrations;

@@ -127,3 +127,18 @@ fn regress_the_level_whose_step_jumps_over_a_load_is_named() -> Tried<()> {
     }
     Ok(())
 }
+
+/// Errors are compared between steps, where a load that all jump over is not seen.
+#[test]
+fn regress_a_chosen_step_that_jumps_over_a_load_is_warned_of() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("press.toml"), PRESS)?;
+    for (step, warns) in [("5e-3", true), ("2e-4", false)] {
+        let rigid = ["--models", "rigid", "--integrators", "runge-kutta", "--tolerance", "0.5", "--until", "1", "--budget", "10"];
+        let said = said(&flexcrank(at, &[&["trade", "press.toml", "--steps", step], &rigid[..]].concat())?)?;
+        let warning = "a step of 0.005 s passes the shortest load of slider.resistance_table";
+        assert_eq!((said.contains(warning), said.contains("the shortest load")), (warns, warns), "{step}: {said}");
+    }
+    Ok(())
+}

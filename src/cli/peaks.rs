@@ -1,0 +1,44 @@
+//! Peaks of a frequency response: natural frequencies, and those whose peak is not met.
+
+use std::f64::consts::TAU;
+
+use super::aligned_table::figure;
+use crate::small_motion::Mode;
+
+/// Vibrations that are less damped have a peak that no frequency meets.
+pub(super) const UNDAMPED: f64 = 1e-8;
+
+/// Natural frequencies, Hz, and damping ratios.
+pub(super) fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
+    let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
+    vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
+}
+
+/// The remark on vibrations of a range whose peaks no frequency meets, beside others that are damped.
+pub(super) fn unmet(natural: &[[f64; 2]], frequencies_hz: &[f64]) -> Option<String> {
+    let [low, high] = [frequencies_hz.first()?, frequencies_hz.last()?];
+    let in_range = || natural.iter().filter(|[hz, _]| (low..=high).contains(&hz));
+    let (met, unmet): (Vec<[f64; 2]>, Vec<[f64; 2]>) = in_range().partition(|[_, damping]| *damping > UNDAMPED);
+    let unmet: Vec<String> = unmet.iter().map(|[hz, _]| format!("{} Hz", figure(*hz))).collect();
+    (!met.is_empty() && !unmet.is_empty()).then(|| {
+        let hz = unmet.join(", ");
+        format!(
+            "  {hz}: damped by less than {UNDAMPED:e} of the critical damping, so that the largest response there is not known"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unmet;
+
+    /// Only vibrations of the range count, and only beside others whose peaks are met.
+    #[test]
+    fn regress_vibrations_whose_peaks_are_not_met_are_named() {
+        let natural = [[10.0, 1e-3], [20.0, 5e-11], [300.0, 0.0]];
+        assert!(unmet(&natural, &[1.0, 100.0]).is_some_and(|remark| remark.starts_with("  20 Hz: damped by less than 1e-8")));
+        assert!(unmet(&natural, &[1.0, 300.0]).is_some_and(|remark| remark.starts_with("  20 Hz, 300 Hz: ")));
+        assert_eq!(unmet(&natural, &[1.0, 19.0]), None);
+        assert_eq!(unmet(&natural[1..], &[1.0, 300.0]), None, "the frequency response says so of undamped motion");
+    }
+}
