@@ -374,3 +374,20 @@ fn regress_a_response_beyond_small_motion_is_told_of_any_output() -> Outcome {
     }
     Ok(())
 }
+
+/// Without a word, the input is the torque, or the force that bends the clamped link the most; the tip is among the outputs.
+#[test]
+fn regress_a_clamped_beam_is_bent_by_its_usual_input() -> Outcome {
+    for (more, input) in [
+        ("--crank held", "tip_force_y_n"),
+        ("--crank held --angle 60", "tip_force_x_n"),
+        ("--crank held --angle 170", "tip_force_y_n"),
+        ("--crank free", "torque_nm"),
+    ] {
+        let (code, out, said) = flexcrank(Path::new("."), &format!("response ref-r5-tip {more}"))?;
+        let lists = |name: &str| out.lines().any(|line| line.starts_with(&format!("  {name} ")));
+        assert!(code == Some(0) && out.contains(&format!("response to {input}\n")), "{more}: {out}{said}");
+        assert!(["beam_deflection_m", "tip_x_m", "tip_y_m"].into_iter().all(lists), "{more}: {out}");
+    }
+    Ok(())
+}

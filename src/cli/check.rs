@@ -232,8 +232,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         };
         say!("warning: {NOTHING_MOVES} {loads} like those that it will have");
     }
-    let short_load = ShortLoad::on(scene, &trial.ways(scene.solver.step_s));
-    let missed = short_load.and_then(|load| load.warning(scene.solver.step_s));
+    let missed = ShortLoad::warning_on(&source, &trial.ways(scene.solver.step_s));
     sudden_start(scene).iter().chain(&missed).for_each(|warning| say!("warning: {warning}"));
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);

@@ -27,7 +27,7 @@ Examples:
   flexcrank response                                        torque on the default scene at its start
   flexcrank response crank-slider --angle 57 --output slider_m --plot responses
   flexcrank response crank-slider --angle 57 --input slider_force_n --from 1 --to 1e4 --csv bode.csv
-  flexcrank response ref-r5 --crank held                    a force across the tip of the clamped beam
+  flexcrank response ref-r5 --crank held --set beam.damping_s=1e-5      a force across the tip of a clamped beam
   flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
 
 Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state; phases in the table are from −180° to 180°, and those of --csv and --plot go on without jumps. Step response: each \
@@ -54,8 +54,8 @@ const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 pub(super) struct Args {
     #[command(flatten)]
     pub linear: LinearArgs,
-    /// The input. Default: the torque on a crank that is free; else the force on the slider, or that on the tip which is more across its
-    /// link.
+    /// The input. Default: torque on a free crank; else the force on the slider, the force on the tip that is more across the last link,
+    /// or the force on the first mass.
     #[arg(long, value_name = "NAME")]
     pub input: Option<String>,
     /// Outputs. Default: angle, slider or tip, and deflections; the masses of an oscillator.

@@ -53,7 +53,7 @@ pub(super) struct Args {
     /// Pace: real, max, simulated seconds per second, or lockstep: clients ask for the steps (flexcrank/NAME/advance).
     #[arg(long, default_value = "real", value_parser = pace)]
     pub pace: Pace,
-    /// Finish at this simulated time: 10, 0.5, 200ms, 10min.
+    /// Finish with the first step at or after this simulated time: 10, 0.5, 200ms, 10min.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub until: Option<f64>,
     /// Publishing rate: samples per simulated second, or all; or by topic (displacements, angles, loads, energies):

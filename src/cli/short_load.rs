@@ -69,14 +69,30 @@ impl ShortLoad {
         Self::on(scene, &motions.windows(2).map(way).collect::<Vec<Way>>())
     }
 
-    /// The warning of a scene's step, or of that of a level, which is named: the longest that is too long.
+    /// The warning of a scene's step, whatever its levels.
+    pub(super) fn warning_of_step(scene: &Scene) -> Option<String> {
+        Self::of(scene)?.warning(scene.solver.step_s)
+    }
+
+    /// The warning of a scene's step, or of that of the level with the longest one if this is longer; the level is named.
     pub(super) fn warning_of(source: &SceneSource) -> Option<String> {
+        Self::warning_by(source, Self::of)
+    }
+
+    /// The same for a crank that moves on these ways.
+    pub(super) fn warning_on(source: &SceneSource, ways: &[Way]) -> Option<String> {
+        Self::warning_by(source, |scene| Self::on(scene, ways))
+    }
+
+    fn warning_by(source: &SceneSource, load_of: impl FnOnce(&Scene) -> Option<Self>) -> Option<String> {
         let level =
             |(index, level): (usize, &Level)| Some((format!("level `{}`: ", level.name), source.at_level(index).ok()?.scene));
         let levels = source.scene.levels.iter().enumerate().filter_map(level);
-        let scenes: Vec<(String, Scene)> = std::iter::once((String::new(), source.scene.clone())).chain(levels).collect();
-        let (named, longest) = scenes.iter().max_by(|(_, one), (_, other)| one.solver.step_s.total_cmp(&other.solver.step_s))?;
-        Some(format!("{named}{}", Self::of(longest)?.warning(longest.solver.step_s)?))
+        let longer = |longest: (String, Scene), other: (String, Scene)| {
+            if other.1.solver.step_s > longest.1.solver.step_s { other } else { longest }
+        };
+        let (named, longest) = levels.fold((String::new(), source.scene.clone()), longer);
+        Some(format!("{named}{}", load_of(&longest)?.warning(longest.solver.step_s)?))
     }
 
     /// The warning of so many angles over a turn, both ends included, that are too few for the shortest load.

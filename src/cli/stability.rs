@@ -47,7 +47,7 @@ Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverg
     in that order; cells.csv tells of every cell its label and growth, what was said and how to reach it again, finer-fails.csv holds that list.
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene, \
-    130 interrupted: cells that were not run are blank, and number 7 in CSV.";
+    130 interrupted: cells that were not run are blank, and number 7 in CSV; maps without a run are left out.";
 
 /// Time limit of a cell, which only one that hangs exceeds.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -235,10 +235,9 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interru
     interruption.keeps(false);
     bar.finish_and_clear();
     show_legend(&swept)?;
-    for map in &swept {
-        if map.outcomes.iter().any(|end| end.category != Category::NotRun) {
-            show_map(map)?;
-        }
+    let begun = |map: &&Swept| map.outcomes.iter().any(|end| end.category != Category::NotRun);
+    for map in swept.iter().filter(begun) {
+        show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
         let picture = plot::stability::swept(map);
         args.plot.as_deref().map_or(Ok(()), |folder| draw(folder, &map.map.name, &picture, false))?;

@@ -89,10 +89,7 @@ fn matlab_text(space: &StateSpace, title: &str) -> String {
     let mut text =
         format!("% {title}\n% sys = ss(A, B, C, D, dt, 'StateName', states, 'InputName', inputs, 'OutputName', outputs)\n");
     for (name, matrix) in matrices(space) {
-        text += &match matrix.shape() {
-            (rows, columns) if matrix.is_empty() => format!("{name} = zeros({rows}, {columns});\n"),
-            _ => format!("{name} = [\n{}];\n", rows(matrix, "  ", "")),
-        };
+        text += &format!("{name} = [\n{}];\n", rows(matrix, "  ", ""));
     }
     for (name, list) in names(space) {
         let list: Vec<String> = list.iter().map(|name| format!("'{name}'")).collect();
@@ -106,10 +103,7 @@ fn python_text(space: &StateSpace, title: &str) -> String {
         "# {title}\n# control.ss(A, B, C, D, dt or 0, states=states, inputs=inputs, outputs=outputs)\nimport numpy as np\n\n"
     );
     for (name, matrix) in matrices(space) {
-        text += &match matrix.shape() {
-            (rows, columns) if matrix.is_empty() => format!("{name} = np.zeros(({rows}, {columns}))\n"),
-            _ => format!("{name} = np.array([\n{}])\n", rows(matrix, "    [", "],")),
-        };
+        text += &format!("{name} = np.array([\n{}])\n", rows(matrix, "    [", "],"));
     }
     for (name, list) in names(space) {
         text += &format!("{name} = {list:?}\n");

@@ -183,7 +183,7 @@ fn warn_of_short_loads(base: &SceneSource, campaign: &Campaign) {
         return;
     }
     let every = usize::try_from(campaign.runs() / LOOKED_AT).unwrap_or(usize::MAX).max(1);
-    let warning = |run: u64| Some((run, ShortLoad::warning_of(&campaign.scene_of(run).ok()?)?));
+    let warning = |run: u64| Some((run, ShortLoad::warning_of_step(&campaign.scene_of(run).ok()?.scene)?));
     if let Some((run, warning)) = (0..campaign.runs()).step_by(every).find_map(warning) {
         say!("warning: run {run}: {warning}");
     }
@@ -329,7 +329,15 @@ fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) ->
     let points = points(campaign, folder, scalars)?;
     if points.scalars.iter().all(|scalar| scalar.values.is_empty()) {
         must_have_rows(campaign, folder)?;
-        return Err(Failure::Failed("no run that ended well knows these scalars".to_owned()));
+        let (runs, badly) = (counted(points.left_out, "run"), points.ended_badly);
+        return Err(Failure::Failed(match points.left_out - badly {
+            0 => format!(
+                "nothing to draw: none of {runs} ended well and is to be trusted; see the columns `ending`, `cause` and `verdict`"
+            ),
+            others => format!(
+                "nothing to draw: of {runs}, {badly} ended badly or are not to be trusted, and {others} are missing, or lack one of the scalars"
+            ),
+        }));
     }
     if points.left_out > 0 {
         let left_out = counted(points.left_out, "run");

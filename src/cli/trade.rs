@@ -43,8 +43,8 @@ Examples:
 Errors are relative: crank angle in rad, slider over its stroke (of a chain without slider, tip over its length), deflection of each link's \
     middle and joint forces over their peaks (a deflection whose peak is below 1e-6 of its link's length, over that length), \
     energy balance over the largest kinetic and strain energy. Each is the largest over the \
-    instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen; a chosen \
-    step that is too long for a short load of the slider is warned of. A run has some 80 to 200 instants: with a shorter --until they are closer. All --steps divide the time between two instants, \
+    instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen; trade \
+    warns if the chosen step is too long for a short load of the slider. A run has some 80 to 200 instants: with a shorter --until they are closer. All --steps divide the time between two instants, \
     so long steps leave fewer; below 50 there is a warning. Energy errors grow over time: if energy is among the outputs, --tolerance \
     also checks the choice over ten minutes of the scene, and --budget does not bound that check.
 

@@ -28,7 +28,7 @@ pub(super) fn decide(
     let shown = writeln!(output(), "\n{measured}{}", tables(&keys));
     write_scene(write, &copy, &measured)?;
     shown?;
-    warn_of_short_loads(&copy);
+    warn(ShortLoad::warning_of_step(&copy.scene));
     if let Some(measured) = chosen.row.outcome.as_ref().ok().filter(|measured| !measured.balance_kept) {
         let (run, balance, remedy) = match measured.corrections {
             Corrections::NotAsked => ("run", "their energy balance", "with energy among the --outputs, more are tried"),
@@ -56,13 +56,13 @@ pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<L
     let shown = writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables));
     write_scene(write, &levels.source, "")?;
     shown?;
-    warn_of_short_loads(&levels.source);
+    warn(ShortLoad::warning_of(&levels.source));
     Ok(ExitStatus::Success)
 }
 
 /// Warns of a chosen step that is too long for a load of the slider: runs are not compared between steps.
-fn warn_of_short_loads(scene: &SceneSource) {
-    if let Some(warning) = ShortLoad::warning_of(scene) {
+fn warn(of_short_loads: Option<String>) {
+    if let Some(warning) = of_short_loads {
         say!("warning: {warning}");
     }
 }

@@ -166,7 +166,7 @@ mod tests {
     fn prop_every_run_is_a_line_with_a_gap_after_it() {
         let keys = vec![coordinate("a", (0..40).map(f64::from).collect(), false), coordinate("b", vec![2.0; 40], true)];
         let scalars = vec![coordinate("y", (0..40).rev().map(f64::from).collect(), false)];
-        let points = Points { keys, scalars, left_out: 0 };
+        let points = Points { keys, scalars, ..Points::default() };
         let figure = parallel(&points, 0);
         let series = &figure.panels[0].series;
         assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
@@ -189,7 +189,7 @@ mod tests {
             let quarters = by_size(&values, places(values.len(), MOST_LINES));
             assert_eq!(quarters.each_ref().map(Vec::len), sizes, "{count} runs");
             assert!(quarters.concat().is_sorted(), "{count} runs: {quarters:?}");
-            let points = Points { keys: Vec::new(), scalars: vec![coordinate("y", values, false)], left_out: 0 };
+            let points = Points { keys: Vec::new(), scalars: vec![coordinate("y", values, false)], ..Points::default() };
             let figure = parallel(&points, 0);
             let greatest = figure.panels[0].series.last().map(|series| series.label.as_str());
             assert!(count < 2 || greatest == Some("highest quarter"), "{count} runs: {greatest:?}");
@@ -223,11 +223,11 @@ mod tests {
             (vec![longest.trim(); 2], 1),
         ] {
             let keys = names.iter().map(|name| key(name)).collect();
-            let places = Points { keys, scalars: vec![key("y")], left_out: 0 };
+            let places = Points { keys, scalars: vec![key("y")], ..Points::default() };
             let words = names.iter().map(|name| (*name).to_owned()).collect();
             let rows: Vec<f64> = (0_u32..).take(names.len()).map(f64::from).collect();
             let listed = Coordinate { words, ..coordinate("key", rows.clone(), false) };
-            let listed = Points { keys: vec![listed], scalars: vec![coordinate("y", rows, false)], left_out: 0 };
+            let listed = Points { keys: vec![listed], scalars: vec![coordinate("y", rows, false)], ..Points::default() };
             let drawn = ends_of_names(&parallel(&places, 0));
             assert_eq!(drawn.len(), shown, "{names:?}");
             for ends in [drawn, ends_of_names(&over_key(&listed, 0, 0))] {

@@ -42,7 +42,7 @@ pub enum ResimulationError {
     #[error("{}: the recording has no checkpoint to resume from", .0.display())]
     NothingToResume(PathBuf),
     /// The recording does not cover the instant.
-    #[error("{}: {}", path.display(), outside(*at_s, *last_s))]
+    #[error("{}: {}", path.display(), outside(path, *at_s, *last_s))]
     Outside {
         /// The recording.
         path: PathBuf,
@@ -110,13 +110,21 @@ impl ResimulationError {
 const SAME_S: f64 = 1e-6;
 
 /// Why a recording does not cover an instant.
-fn outside(at_s: f64, last_s: Option<f64>) -> String {
+fn outside(path: &Path, at_s: f64, last_s: Option<f64>) -> String {
     match last_s {
         Some(last_s) if (at_s - last_s).abs() < SAME_S => {
             format!("nothing is recorded after t = {at_s} s: choose an earlier instant")
         }
         Some(last_s) if at_s > last_s => {
-            format!("t = {at_s} s is not in the recording, which ends at {last_s:.3} s: choose an earlier instant")
+            let end = shown_s(last_s);
+            match RecordingError::cut_chunk_hint(path) {
+                Some(way) => {
+                    format!(
+                        "t = {at_s} s is not in the whole chunks of the recording, which end at {end} s, and it ends early: {way}"
+                    )
+                }
+                None => format!("t = {at_s} s is not in the recording, which ends at {end} s: choose an earlier instant"),
+            }
         }
         _ => format!("t = {at_s} s is not in the recording, or is lost to damage"),
     }

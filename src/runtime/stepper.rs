@@ -31,6 +31,8 @@ pub(crate) use reporting::{beyond_range, is_distrust, setpoint_warning, unbalanc
 
 /// Simulated time between two checkpoints, s.
 pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;
+/// Largest rounding error of the time of a step, over a step.
+const ROUNDING: f64 = 1e-3;
 /// Largest number of steps between two looks at the command queue.
 const BURST: u64 = 64;
 /// Largest number of commands taken before the next step. Commands that come faster wait, and are refused when the queue is full.
@@ -41,7 +43,7 @@ const COMMANDS_AT_ONCE: usize = 16;
 pub struct SteppingOptions {
     /// Speed of simulated time.
     pub pace: Pace,
-    /// Simulated time at which the run finishes, s.
+    /// Simulated time with whose first step, or the next one, the run finishes, s.
     pub until_s: Option<f64>,
     /// Publishing rates.
     pub publish: PublishRates,
@@ -270,8 +272,8 @@ impl Stepper {
     }
 
     fn finished(&self) -> bool {
-        let half_step = 0.5 * self.simulation.step_s();
-        self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
+        let rounding_s = ROUNDING * self.simulation.step_s();
+        self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - rounding_s)
     }
 
     /// Takes the steps of one wake-up.

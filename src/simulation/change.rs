@@ -2,6 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::Engine;
+use super::load::margin_s;
 use super::{BuildError, Cause, EpochChanges, Simulation, finite};
 use crate::integrate::{StepError, Work};
 use crate::mechanics::{CannotTransfer, Present, Transfer};
@@ -187,7 +188,7 @@ impl Simulation {
         let now_s = self.time_s();
         next.law.go_on_from(&self.law, now_s);
         next.load.go_on_from(&self.load);
-        next.law.torque = next.load.after(now_s, next.grid.step_s);
+        next.law.during(next.load.after(now_s, next.grid.step_s), [now_s, now_s + margin_s(now_s, next.grid.step_s)]);
         let (from, to) = ((&mut *self.engine, &self.law), (&mut *next.engine, &next.law));
         route.take(from, to, [now_s, next.grid.step_s], &mut next.saved)?;
         next.grid = self.grid.with_step(self.step, next.grid.step_s);

@@ -5,7 +5,7 @@ use super::drive::Torque;
 use super::error_estimate::ErrorEstimate;
 use super::ledger::Ledger;
 use super::ledger::{ChangedEnergy, LedgerEntries};
-use super::load::DeliveredImpulse;
+use super::load::{DeliveredImpulse, margin_s};
 use super::setpoint::SetpointState;
 use super::{Simulation, StepGrid};
 use crate::mechanics::Energy;
@@ -84,7 +84,6 @@ impl Simulation {
         (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
         self.load.replace_pulses(&checkpoint.pulses);
         self.load.setpoint = checkpoint.setpoint;
-        self.law.torque = Torque::constant(checkpoint.torque_nm);
         self.load.delivered = checkpoint.delivered;
         // Recordings of older builds have one where there is none.
         self.error = checkpoint.error.filter(|_| self.error.is_some());
@@ -92,6 +91,11 @@ impl Simulation {
         self.changed = changes.is_some();
         self.grid = changes.map_or(StepGrid::new(self.grid.step_s), |changes| changes.grid);
         self.law.set_origin(changes.and_then(|changes| changes.motion));
+        let (torque, time_s) = (Torque::constant(checkpoint.torque_nm), self.time_s());
+        match self.step {
+            0 => self.law.begin(torque),
+            _ => self.law.during(torque, [time_s - margin_s(time_s, self.grid.step_s), time_s]),
+        }
         let energy = self.engine.energy(&self.law, self.time_s());
         let unchanged = (self.observed.start.energy, ChangedEnergy::default());
         let start = changes.map_or(unchanged, |changes| (changes.start, changes.changed));

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::load::SHORTEST_PART;
 use crate::mechanics::Input;
 use crate::scene::{Drive, Motion, Scene, Start};
 
@@ -11,6 +12,8 @@ pub(super) struct DriveLaw {
     /// The torque during the present step.
     pub torque: Torque,
     motion: Option<MotionLaw>,
+    /// The present step, from one time to another, s, of which a prescribed acceleration that jumps has one side; `None` before the first.
+    pub step_s: Option<[f64; 2]>,
 }
 
 /// A torque `mean + rise (t − middle)` over a step: with the exact mean and rise of a smooth one it gives the same angular impulse
@@ -72,14 +75,14 @@ impl DriveLaw {
             Drive::Torque { .. } => None,
             Drive::Motion(motion) => Some(MotionLaw::new(motion, start)),
         };
-        DriveLaw { torque: Torque::default(), motion }
+        DriveLaw { torque: Torque::default(), motion, step_s: None }
     }
 
     /// Goes on where `before` is at `t_s`; a changed speed begins there, from the present angle.
     pub(super) fn go_on_from(&mut self, before: &DriveLaw, t_s: f64) {
         let (Some(own), Some(motion)) = (&mut self.motion, &before.motion) else { return };
         if let (MotionLaw::Speed { origin, speed, .. }, MotionLaw::Speed { origin: from, speed: before, .. }) = (own, motion) {
-            let [angle_rad, ..] = motion.at(t_s);
+            let [angle_rad, ..] = motion.at(t_s, None);
             *origin = if speed == before { *from } else { MotionOrigin { time_s: t_s, angle_rad } };
         }
     }
@@ -99,12 +102,30 @@ impl DriveLaw {
         }
     }
 
+    /// Sets the torque and the step, from one time to another, s, during which it acts.
+    pub(super) fn during(&mut self, torque: Torque, step_s: [f64; 2]) {
+        self.torque = torque;
+        self.step_s = Some(step_s);
+    }
+
+    /// Sets the torque at the start.
+    pub(super) fn begin(&mut self, torque: Torque) {
+        self.torque = torque;
+        self.step_s = None;
+    }
+
+    /// The first time between the two at which a prescribed acceleration jumps, s.
+    pub(super) fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        let Some(MotionLaw::Spline(rows)) = &self.motion else { return None };
+        jumps_s(rows).find(|edge_s| from_s < *edge_s && *edge_s < to_s)
+    }
+
     pub(super) fn is_motion(&self) -> bool {
         self.motion.is_some()
     }
 
     pub(super) fn input(&self, t_s: f64) -> Input {
-        Input { time_s: t_s, torque_nm: self.torque.at(t_s), motion: self.motion.as_ref().map(|law| law.at(t_s)) }
+        Input { time_s: t_s, torque_nm: self.torque.at(t_s), motion: self.motion.as_ref().map(|law| law.at(t_s, self.step_s)) }
     }
 }
 
@@ -130,8 +151,8 @@ impl MotionLaw {
         }
     }
 
-    /// Angle (rad), rate and acceleration at a time.
-    fn at(&self, t_s: f64) -> [f64; 3] {
+    /// Angle (rad), rate and acceleration at a time of a step.
+    fn at(&self, t_s: f64, step_s: Option<[f64; 2]>) -> [f64; 3] {
         match self {
             MotionLaw::Speed { origin, speed, .. } => [origin.angle_rad + speed * (t_s - origin.time_s), *speed, 0.0],
             MotionLaw::Ramp { start_rad, from, to, over_s } => {
@@ -142,7 +163,7 @@ impl MotionLaw {
                 let bend = if s < 1.0 { 0.5 * rise * PI / over_s * (PI * s).sin() } else { 0.0 };
                 [start_rad + turned, from + 0.5 * rise * (1.0 - (PI * s).cos()), bend]
             }
-            MotionLaw::Spline(rows) => spline_at(rows, t_s),
+            MotionLaw::Spline(rows) => spline_at(rows, t_s, step_s),
         }
     }
 }
@@ -172,18 +193,45 @@ fn cubic_spline(rows: &[[f64; 2]]) -> Vec<[f64; 3]> {
     spline
 }
 
+/// The ends of a spline at which its second derivative jumps, as it rests beyond them: those that do not end naturally.
+fn jumps_s(rows: &[[f64; 3]]) -> impl Iterator<Item = f64> {
+    let ends = [rows.first(), rows.last()].into_iter().flatten();
+    ends.filter(|[_, _, bend]| *bend != 0.0).map(|[x, ..]| *x)
+}
+
 /// Value, slope and second derivative; beyond either end the last slope goes on.
-fn spline_at(rows: &[[f64; 3]], t_s: f64) -> [f64; 3] {
-    let last = rows.len() - 1;
-    let within = t_s.clamp(rows[0][0], rows[last][0]);
-    let i = rows.partition_point(|row| row[0] <= within).clamp(1, last);
+///
+/// At an end where the second derivative jumps, it is that of the side where the step is. In a step around such an end it is its mean
+/// there, as that of a torque is: then it changes the slope by as much as the spline does.
+fn spline_at(rows: &[[f64; 3]], t: f64, step: Option<[f64; 2]>) -> [f64; 3] {
+    let (first, last) = (rows[0][0], rows[rows.len() - 1][0]);
+    let Some([from, to]) = step.filter(|_| jumps_s(rows).next().is_some()) else {
+        return if (first..=last).contains(&t) { within(rows, t) } else { beyond(rows, t) };
+    };
+    let margin = SHORTEST_PART * (to - from);
+    if jumps_s(rows).any(|edge| from + margin < edge && edge < to - margin) {
+        let slope_at = |t: f64| spline_at(rows, t, None)[1];
+        let [value, slope, _] = spline_at(rows, t, None);
+        return [value, slope, (slope_at(to) - slope_at(from)) / (to - from)];
+    }
+    if (first..=last).contains(&(0.5 * (from + to))) { within(rows, t) } else { beyond(rows, t) }
+}
+
+/// The cubic of the interval at t, or of the nearest one.
+fn within(rows: &[[f64; 3]], t: f64) -> [f64; 3] {
+    let i = rows.partition_point(|row| row[0] <= t).clamp(1, rows.len() - 1);
     let ([x0, y0, m0], [x1, y1, m1]) = (rows[i - 1], rows[i]);
-    let (h, u, w) = (x1 - x0, x1 - within, within - x0);
+    let (h, u, w) = (x1 - x0, x1 - t, t - x0);
     let value = (m0 * u.powi(3) + m1 * w.powi(3)) / (6.0 * h) + (y0 / h - m0 * h / 6.0) * u + (y1 / h - m1 * h / 6.0) * w;
     let slope = (m1 * w * w - m0 * u * u) / (2.0 * h) + (y1 - y0) / h - (m1 - m0) * h / 6.0;
-    let beyond = t_s - within;
-    let bend = if beyond == 0.0 { (m0 * u + m1 * w) / h } else { 0.0 };
-    [value + slope * beyond, slope, bend]
+    [value, slope, (m0 * u + m1 * w) / h]
+}
+
+/// The straight line on which the nearest end goes on.
+fn beyond(rows: &[[f64; 3]], t: f64) -> [f64; 3] {
+    let end = t.clamp(rows[0][0], rows[rows.len() - 1][0]);
+    let [value, slope, _] = within(rows, end);
+    [value + slope * (t - end), slope, 0.0]
 }
 
 #[cfg(test)]
@@ -202,9 +250,9 @@ mod tests {
         let h = 1e-4;
         for motion in motions {
             let law = MotionLaw::new(&motion, &start);
-            assert!((law.at(0.0)[0] - 0.3).abs() < 1e-15);
+            assert!((law.at(0.0, None)[0] - 0.3).abs() < 1e-15);
             for t in [0.05, 0.3, 0.65, 1.2, 1.7] {
-                let (before, here, after) = (law.at(t - h), law.at(t), law.at(t + h));
+                let (before, here, after) = (law.at(t - h, None), law.at(t, None), law.at(t + h, None));
                 for k in [0, 1] {
                     let difference = (after[k] - before[k]) / (2.0 * h);
                     assert!((difference - here[k + 1]).abs() < 1e-5, "{motion:?} at {t}: {difference} {here:?}");
@@ -219,17 +267,17 @@ mod tests {
         let rows = |table: &[[f64; 2]]| MotionLaw::new(&Motion::Table(table.to_vec()), &Start::default());
         let law = rows(&[[0.0, 1.0], [0.02, 1.0], [0.12, 4.0], [0.22, 7.0], [0.24, 7.0]]);
         for (t_s, angle_rad) in [(-1.0, 1.0), (0.0, 1.0), (0.24, 7.0), (9.0, 7.0)] {
-            let [angle, rate, _] = law.at(t_s);
+            let [angle, rate, _] = law.at(t_s, None);
             assert!((angle - angle_rad).abs() < 1e-12 && rate.abs() < 1e-12, "{t_s} s: {angle} rad, {rate} rad/s");
         }
         for (t_s, angle_rad) in [(0.02, 1.0), (0.12, 4.0), (0.22, 7.0)] {
-            assert!((law.at(t_s)[0] - angle_rad).abs() < 1e-12, "{t_s} s");
-            let [before, after] = [-1e-9, 1e-9].map(|off| law.at(t_s + off)[2]);
+            assert!((law.at(t_s, None)[0] - angle_rad).abs() < 1e-12, "{t_s} s");
+            let [before, after] = [-1e-9, 1e-9].map(|off| law.at(t_s + off, None)[2]);
             assert!((before - after).abs() < 1e-3, "{t_s} s: {before} and {after} rad/s²");
         }
         // A natural end keeps its rate, which follows from the two intervals before it.
-        let [.., rate, _] = rows(&[[0.25, 1.0], [0.75, 1.0], [1.25, 9.0]]).at(2.0);
+        let [.., rate, _] = rows(&[[0.25, 1.0], [0.75, 1.0], [1.25, 9.0]]).at(2.0, None);
         assert!((rate - 144.0 / 7.0).abs() < 1e-12, "{rate}");
-        assert_eq!(rows(&[[0.0, 2.0], [1.0, 2.0]]).at(0.3), [2.0, 0.0, 0.0]);
+        assert_eq!(rows(&[[0.0, 2.0], [1.0, 2.0]]).at(0.3, None), [2.0, 0.0, 0.0]);
     }
 }

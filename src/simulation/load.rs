@@ -47,7 +47,7 @@ pub(super) const SHORTEST_PART: f64 = 1e-6;
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The largest distance of an edge that counts as at `time_s`, s.
-fn margin_s(time_s: f64, step_s: f64) -> f64 {
+pub(super) fn margin_s(time_s: f64, step_s: f64) -> f64 {
     (SHORTEST_PART * step_s).max(ROUNDING * time_s)
 }
 

@@ -18,20 +18,21 @@ impl Loads {
         let mut load = Load::new(scene);
         load.reset();
         (load.uses_torque_slope, load.cuts_steps) = (true, true);
-        law.torque = load.before(0.0, scene.solver.step_s);
+        law.begin(load.before(0.0, scene.solver.step_s));
         Loads { law, load }
     }
 
-    /// Sets the torque of a step. Returns whether it jumps at the step's beginning.
+    /// Sets the loads of a step. Returns whether they jump at the step's beginning.
     pub fn during(&mut self, from_s: f64, to_s: f64) -> bool {
-        let before_nm = self.input(from_s).torque_nm;
-        self.law.torque = self.load.during(from_s, to_s, to_s - from_s);
-        self.input(from_s).torque_nm != before_nm
+        let before = self.input(from_s);
+        self.law.during(self.load.during(from_s, to_s, to_s - from_s), [from_s, to_s]);
+        self.input(from_s) != before
     }
 
-    /// The first edge of a pulse between two times, s.
+    /// The first time between the two at which a torque begins or ends, or a prescribed acceleration jumps, s.
     pub fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
-        self.load.pulses.edge_within(from_s, to_s)
+        let edges = [self.load.pulses.edge_within(from_s, to_s), self.law.edge_within(from_s, to_s)];
+        edges.into_iter().flatten().min_by(f64::total_cmp)
     }
 
     /// Torque and prescribed motion at an instant of the step.

@@ -62,7 +62,7 @@ use crate::scene::{Scene, Solver};
 use drive::{DriveLaw, Torque};
 use engine::Engine;
 use ledger::Ledger;
-use load::{Load, SHORTEST_PART};
+use load::{Load, SHORTEST_PART, margin_s};
 
 /// A step that fails is halved this many times before the simulation gives up.
 const HALVINGS: u32 = 4;
@@ -121,7 +121,7 @@ impl Simulation {
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let load = Load::new(scene);
-        law.torque = load.before(0.0, scene.solver.step_s);
+        law.begin(load.before(0.0, scene.solver.step_s));
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
             law,
@@ -160,7 +160,7 @@ impl Simulation {
         self.changed = false;
         self.law.set_origin(None);
         self.load.reset();
-        self.law.torque = self.load.before(0.0, self.grid.step_s);
+        self.law.begin(self.load.before(0.0, self.grid.step_s));
         self.observe()?;
         self.observed.start.clone_from(&self.observed.last);
         self.ledger = Ledger::new(self.observed.last.energy);
@@ -245,7 +245,7 @@ impl Simulation {
     pub fn step(&mut self) -> Result<(), Diverged> {
         let (from_s, to_s) = (self.time_s(), self.grid.time_s(self.step + 1));
         // Between two steps it does not change.
-        let (torque_nm, error) = (self.law.torque.mean_nm, self.error);
+        let (torque_nm, side_s, error) = (self.law.torque.mean_nm, self.law.step_s, self.error);
         self.saved.clear();
         self.engine.save(&mut self.saved);
         self.error.iter_mut().for_each(ErrorEstimate::begin_step);
@@ -256,7 +256,7 @@ impl Simulation {
         });
         let (taken, ledger) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
-            self.law.torque = Torque::constant(torque_nm);
+            (self.law.torque, self.law.step_s) = (Torque::constant(torque_nm), side_s);
             self.error = error;
             self.diverged(cause)
         })?;
@@ -266,17 +266,24 @@ impl Simulation {
         self.ledger = ledger;
         let at_end = self.load.before(to_s, self.grid.step_s);
         self.load.deliver(&self.law.torque, from_s, to_s, self.grid.step_s);
-        self.law.torque = at_end;
+        self.law.during(at_end, [to_s - margin_s(to_s, self.grid.step_s), to_s]);
         Ok(())
     }
 
-    /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a torque to the next: a load
-    /// that begins or ends inside a step would cost it its order.
+    /// The first time between the two at which a torque begins or ends, or a prescribed acceleration jumps, s.
+    fn edge_within(&self, [from_s, to_s]: [f64; 2]) -> Option<f64> {
+        let edges = [self.load.edge_within(from_s, to_s), self.law.edge_within(from_s, to_s)];
+        edges.into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a load to the next: one that
+    /// begins or ends inside a step would cost it its order.
     fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
         let (mut taken, mut h_s) = (Taken::default(), self.grid.step_s);
         let margin_s = SHORTEST_PART * self.grid.step_s;
         for _ in 1..if self.load.cuts_steps { MOST_PARTS } else { 1 } {
-            let Some(edge_s) = self.load.edge_within(from_s + margin_s, to_s - margin_s) else { break };
+            let between_s = [from_s + margin_s, to_s - margin_s];
+            let Some(edge_s) = self.edge_within(between_s) else { break };
             taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
             (from_s, h_s) = (edge_s, to_s - edge_s);
         }
@@ -287,7 +294,7 @@ impl Simulation {
     /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep. Both ends are given:
     /// `from_s + h_s` may round beyond the next step's beginning, and so into a pulse that begins there.
     fn advance(&mut self, [from_s, to_s]: [f64; 2], h_s: f64, depth: u32) -> Result<Taken, StepError> {
-        self.law.torque = self.load.during(from_s, to_s, h_s);
+        self.law.during(self.load.during(from_s, to_s, h_s), [from_s, to_s]);
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < self.halvings() => failed,
             taken => {

@@ -56,22 +56,22 @@ pub(super) fn inputs(subject: &Subject, point: &Point, system: &Linearised, outp
     inputs
 }
 
-/// Change of residuals or readings by a force of 1 N along an axis at the free end: weight of a mass of 1 kg there, whose inertia the
-/// opposite weight takes out. Both are affine in weight, so that it is exact to rounding.
+/// Change of residuals or readings by a force of 1 N along an axis at the free end: by gravity with 1 kg there, less that without a mass.
+/// Both are affine in gravity, so that this is exact but for rounding of the links' weight.
 fn by_tip_force(subject: &Subject, axis: usize, mut of: impl FnMut(&mut dyn Mechanism) -> DVector<f64>) -> DVector<f64> {
-    let mut by_weight = |added_kg: f64| {
+    let mut by_gravity = |carried_kg: f64| {
         slope(|gravity_m_per_s2| {
             let mut mechanism = subject.changed(|chain| {
                 chain.gravity_m_per_s2 = [0.0; 2];
                 chain.gravity_m_per_s2[axis] = gravity_m_per_s2;
                 if let End::Free { tip_mass_kg } = &mut chain.end {
-                    *tip_mass_kg += added_kg;
+                    *tip_mass_kg = carried_kg;
                 }
             });
             of(mechanism.as_mut())
         })
     };
-    by_weight(1.0) - by_weight(0.0)
+    by_gravity(1.0) - by_gravity(0.0)
 }
 
 fn residual(mechanism: &mut dyn Mechanism, point: &Point) -> DVector<f64> {

@@ -3,7 +3,8 @@
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_6, TAU};
 
-use super::{StateSpace, Subject};
+use super::scheme::Scheme;
+use super::{Crank, StateSpace, Subject};
 use crate::scene::SceneSource;
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -32,11 +33,12 @@ fn at_rest(text: &str, overrides: &[String], angle_rad: f64) -> Result<StateSpac
     Ok(StateSpace::new(&subject, &subject.at_rest(angle_rad)?)?)
 }
 
+fn place(names: &[String], name: &str) -> Result<usize, String> {
+    names.iter().position(|other| other == name).ok_or_else(|| format!("no {name} among {names:?}"))
+}
+
 /// Size of an output under an input at a frequency, with its sign if both are in phase.
 fn response(space: &StateSpace, [output, input]: [&str; 2], frequency_hz: f64) -> Result<[f64; 2], Box<dyn Error>> {
-    let place = |names: &[String], name: &str| {
-        names.iter().position(|other| other == name).ok_or_else(|| format!("no {name} among {names:?}"))
-    };
     let found = space.frequency_response(place(&space.inputs, input)?, frequency_hz)?[place(&space.outputs, output)?];
     Ok([found.re, found.im])
 }
@@ -103,6 +105,46 @@ fn prop_inputs_and_their_places_are_reciprocal() -> Outcome {
                 assert!(off < 1e-8, "{model}, {one:?} at {frequency_hz} Hz: {there:?} and {back:?}, {off:e}");
             }
         }
+    }
+    Ok(())
+}
+
+/// A rigid arm turns as `J φ̈ = τ + L F`, whatever its load; while it turns steadily, along axes that turn along.
+#[test]
+fn val_a_force_at_the_tip_of_a_rigid_arm_has_its_length_for_a_lever() -> Outcome {
+    for (tip_kg, speed_rad_per_s) in [("0", 0.0), ("1000", 0.0), ("1e6", 0.0), ("0.05", 20.0)] {
+        let overrides = [format!("tip.mass_kg={tip_kg}"), "solver.model=rigid".to_owned(), "solver.integrator=esdirk".to_owned()];
+        let subject = Subject::new(&SceneSource::parse("scene.toml", RULER, &overrides)?.scene, Some(Crank::Free))?;
+        let point = match speed_rad_per_s {
+            0.0 => subject.at_rest(0.3)?,
+            speed => subject.turning(0.3, speed)?,
+        };
+        let space = StateSpace::new(&subject, &point)?;
+        let of = |name: &str| Ok::<f64, String>(space.b[(1, place(&space.inputs, name)?)]);
+        let (torque, [x, y]) = (of("torque_nm")?, [of("tip_force_x_n")?, of("tip_force_y_n")?]);
+        for (found, lever_m) in [(x, -LENGTH_M * 0.3_f64.sin()), (y, LENGTH_M * 0.3_f64.cos())] {
+            let error = (found / torque - lever_m).abs() / LENGTH_M;
+            assert!(error < 1e-12, "{tip_kg} kg at {speed_rad_per_s} rad/s: {found:e} of {torque:e}, {error:e}");
+        }
+    }
+    Ok(())
+}
+
+/// The map of the scene's steps has the same forces: slow ones bend the beam alike, but for the time in which a step holds its input.
+#[test]
+fn val_steps_of_the_scheme_answer_a_force_at_the_tip() -> Outcome {
+    let scene = SceneSource::parse("scene.toml", RULER, &[])?.scene;
+    let subject = Subject::new(&scene, None)?;
+    let point = subject.at_rest(0.0)?;
+    let space = StateSpace::new(&subject, &point)?;
+    let pair = ["tip_y_m", "tip_force_y_n"];
+    let [exact, _] = response(&space, pair, 0.5)?;
+    for integrator in ["esdirk", "generalized-alpha"] {
+        let solver = SceneSource::parse("scene.toml", RULER, &[format!("solver.integrator={integrator}")])?.scene.solver;
+        let map = space.stepped_by(Scheme::of(&solver), 1e-3)?;
+        let [found, quadrature] = response(&map, pair, 0.5)?;
+        let error = found.hypot(quadrature) / exact - 1.0;
+        assert!(error.abs() < 1e-4, "{integrator}: {error:e}");
     }
     Ok(())
 }

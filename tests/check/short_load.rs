@@ -111,19 +111,33 @@ fn regress_the_speed_is_that_at_which_the_load_is_passed() -> Tried<()> {
     Ok(())
 }
 
-/// A level that is fine in itself may have a step that is too long: `run` names it.
+/// `run` and `check` name the level whose step is too long, and no level where it is the scene's own; `sweep` runs no levels.
 #[test]
 fn regress_the_level_whose_step_jumps_over_a_load_is_named() -> Tried<()> {
     let folder = tempfile::tempdir()?;
     let at = folder.path();
+    let campaign = "method = 'grid'\nscene = 'press.toml'\nuntil_s = 0.6\n[[vary]]\nkey = 'slider.mass_kg'\nvalues = [20, 25]\n";
+    fs::write(at.join("sweep.toml"), campaign)?;
     let levels =
         |step: &str| format!("[[level]]\nname = 'fine'\n[[level]]\nname = 'cheap'\nchanges = ['solver.step_s={step}']\n");
-    for (step, warns) in [("0.0002", false), ("0.002", true)] {
-        fs::write(at.join("press.toml"), PRESS.replace("step_s = 0.01", "step_s = 0.0001") + &levels(step))?;
-        let run = ["run", "press.toml", "--no-bus", "--no-record", "--pace", "max", "--until", "0.6"];
-        let said = said(&flexcrank(at, &run)?)?;
-        let warning = "level `cheap`: a step of 0.002 s passes the shortest load of slider.resistance_table";
-        assert_eq!((said.contains(warning), said.contains("the shortest load")), (warns, warns), "{said}");
+    let run = ["run", "press.toml", "--no-bus", "--no-record", "--pace", "max", "--until", "0.6"];
+    let missed = "passes the shortest load of slider.resistance_table";
+    for (own, cheap, warning) in [
+        ("0.0001", "0.0002", None),
+        ("0.0001", "0.002", Some(format!("level `cheap`: a step of 0.002 s {missed}"))),
+        ("0.002", "0.002", Some(format!(" a step of 0.002 s {missed}"))),
+        ("0.002", "0.001", Some(format!(" a step of 0.002 s {missed}"))),
+    ] {
+        let scene = PRESS.replace("step_s = 0.01", &format!("step_s = {own}")) + &levels(cheap);
+        fs::write(at.join("press.toml"), scene)?;
+        for command in [&run[..], &["check", "press.toml", "--until", "1.5"]] {
+            let said = said(&flexcrank(at, command)?)?;
+            let named = warning.as_ref().is_some_and(|warning| said.contains(&warning[..]));
+            assert_eq!((named, said.contains(missed)), (warning.is_some(), warning.is_some()), "{own}, {cheap}: {said}");
+            assert_eq!(said.contains("level `"), own == "0.0001" && cheap == "0.002", "{own}, {cheap}: {said}");
+        }
+        let said = said(&flexcrank(at, &["sweep", "sweep.toml", "-o", &[own, cheap].join("-")])?)?;
+        assert_eq!((said.contains(missed), said.contains("level `")), (own == "0.002", false), "{own}, {cheap}: {said}");
     }
     Ok(())
 }
@@ -134,11 +148,15 @@ fn regress_a_chosen_step_that_jumps_over_a_load_is_warned_of() -> Tried<()> {
     let folder = tempfile::tempdir()?;
     let at = folder.path();
     fs::write(at.join("press.toml"), PRESS)?;
+    // The levels of the scene are not chosen.
+    let levels = "[[level]]\nname = 'fine'\n[[level]]\nname = 'cheap'\nchanges = ['solver.step_s=0.02']\n";
+    fs::write(at.join("press.toml"), PRESS.to_owned() + levels)?;
     for (step, warns) in [("5e-3", true), ("2e-4", false)] {
         let rigid = ["--models", "rigid", "--integrators", "runge-kutta", "--tolerance", "0.5", "--until", "1", "--budget", "10"];
         let said = said(&flexcrank(at, &[&["trade", "press.toml", "--steps", step], &rigid[..]].concat())?)?;
         let warning = "a step of 0.005 s passes the shortest load of slider.resistance_table";
         assert_eq!((said.contains(warning), said.contains("the shortest load")), (warns, warns), "{step}: {said}");
+        assert!(!said.contains("level `"), "{step}: {said}");
     }
     Ok(())
 }

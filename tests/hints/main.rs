@@ -1,6 +1,7 @@
 //! Hints to what was meant: numbers that look like mistakes, values in two words, names that are nearly there.
 
 mod absent;
+mod ends;
 
 use std::error::Error;
 use std::process::Command;

@@ -16,6 +16,7 @@ mod periods;
 mod references;
 mod rigid_links;
 mod statics;
+mod table_ends;
 mod tangent;
 mod vibration;
 mod works;

@@ -29,6 +29,8 @@ pub struct Points {
     pub scalars: Vec<Coordinate>,
     /// Runs left out: missing, not run to their end, not to be trusted, or without one of the scalars.
     pub left_out: u64,
+    /// Those of them that did not run to their end, or are not to be trusted.
+    pub ended_badly: u64,
 }
 
 /// The points of these scalars.
@@ -39,13 +41,14 @@ pub fn points(campaign: &Campaign, folder: &Path, scalars: &[String]) -> Result<
     let places = places(campaign.columns(), scalars)?;
     let named = |place: &usize| Coordinate { name: campaign.columns()[*place].name.clone(), ..Coordinate::default() };
     let keys = campaign.spec().axes.iter().map(of_key).collect();
-    let mut points = Points { keys, scalars: places.iter().map(named).collect(), left_out: 0 };
+    let mut points = Points { keys, scalars: places.iter().map(named).collect(), ..Points::default() };
     each_row(campaign, folder, |sample, row| {
         let outcome = row.map(|row| &row.outcome).filter(|outcome| outcome.ended_well());
         let numbers = outcome
             .and_then(|outcome| places.iter().map(|place| outcome.numbers.get(*place).copied()?).collect::<Option<Vec<_>>>());
         let Some(numbers) = numbers else {
             points.left_out += 1;
+            points.ended_badly += u64::from(row.is_some() && outcome.is_none());
             return Ok(());
         };
         points.keys.iter_mut().zip(&sample.values).for_each(|(key, value)| key.add(value));
