@@ -78,7 +78,7 @@ fn must_name_file(path: &Path) -> CommandResult<()> {
     if folder.as_os_str() == path.as_os_str() || path.is_dir() {
         return Ok(());
     }
-    let why = match folder.is_file() {
+    let why = match folder.exists() {
         true => format!("{} is a file, not a folder", folder.display()),
         false => format!("the folder {} does not exist", folder.display()),
     };
@@ -88,7 +88,7 @@ fn must_name_file(path: &Path) -> CommandResult<()> {
 /// Refuses a file in a folder that does not exist: only a default folder is created unasked.
 pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
     match path.parent() {
-        Some(folder) if folder.is_file() => {
+        Some(folder) if folder.exists() && !folder.is_dir() => {
             Err(Failure::Failed(format!("{}: {} is a file, not a folder", path.display(), folder.display())))
         }
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() && folder != Path::new(paths::FOLDER) => {

@@ -88,10 +88,11 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     }
     if study.left_out > 0 {
         let [skipped, allowed] = match study.measured().next() {
-            Some(_) => ["finer configurations", "no more"],
-            None => ["configurations", "none"],
+            Some(_) => ["finer configuration", "no more"],
+            None => ["configuration", "none"],
         };
-        writeln!(out, "{} {skipped} were skipped: --budget allows {allowed}", study.left_out)?;
+        let were = if study.left_out == 1 { "was" } else { "were" };
+        writeln!(out, "{} {were} skipped: --budget allows {allowed}", counted(study.left_out as u64, skipped))?;
     }
     if study.cut_short {
         say!("warning: the time budget ran out: another run may compute more or fewer configurations");
