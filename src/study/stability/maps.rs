@@ -80,8 +80,10 @@ impl Builder<'_> {
         let resonance = self.base.rod_resonance_rad_per_s;
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("crank-speed", method, &speeds, |part| {
-                let speed = |key| set(key, part * resonance);
-                vec!["pulse=[]".to_owned(), speed("start.rate_rad_per_s"), speed("drive.speed_rad_per_s")]
+                let speed = part * resonance;
+                // In place of any drive that the scene has.
+                let drive = format!("drive={{ speed_rad_per_s = {speed:?} }}");
+                vec!["pulse=[]".to_owned(), set("start.rate_rad_per_s", speed), drive]
             });
         }
     }
