@@ -1,5 +1,6 @@
 //! Warnings of numbers that are allowed, but look like mistakes, such as a length in mm.
 
+mod dwells;
 mod materials;
 mod pulses;
 mod sizes;
@@ -9,6 +10,7 @@ use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
 use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
+use dwells::moving_dwell;
 use materials::{left_out_damping, light_material, soft_material, strong_damping};
 use pulses::{long_pulses, strong_pulses};
 use sizes::{no_slender_bar, of_lengths};
@@ -62,6 +64,7 @@ fn of_scene(scene: &Scene) -> Vec<String> {
         .chain(long_ramp(&scene.drive))
         .chain(long_pulses(&scene.drive))
         .chain(strong_pulses(scene))
+        .chain(moving_dwell(scene))
         .collect()
 }
 

@@ -62,6 +62,23 @@ fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &Dri
     Ok(Box::new(Integrated::new(mechanism, integrator, error, (law, scene.solver.step_s)).map_err(no_equilibrium)?))
 }
 
+/// Part of the energy that a prescribed motion gives the masses below which nothing is divergence.
+const SMALL_PART: f64 = 1e-3;
+
+/// Energy, J, below which a step of a prescribed motion is no divergence: a thousandth of that of all masses at the crank pin's largest
+/// speed, `m (l₁ ω)² / 2`. Where such a motion begins, as behind a dwell, a scheme's work of a step errs by as much as the little energy that
+/// there is; what grows by itself passes this a few steps later. 0 under a torque.
+pub(super) fn least_energy_j(scene: &Scene, law: &DriveLaw) -> f64 {
+    let Some(chain) = scene.chain() else { return 0.0 };
+    let end_kg = match &chain.end {
+        End::Slider(slider) => slider.mass_kg,
+        End::Free { tip_mass_kg } => *tip_mass_kg,
+    };
+    let mass_kg = end_kg + chain.links.iter().map(|link| link.mass_kg).sum::<f64>();
+    let speed_m_per_s = chain.links.first().map_or(0.0, |link| link.length_m) * law.largest_rate_rad_per_s();
+    SMALL_PART * 0.5 * mass_kg * speed_m_per_s.powi(2)
+}
+
 /// The scene's chain as if its links were rigid, if its motion is free.
 fn as_rigid(scene: &Scene, law: &DriveLaw) -> Option<RigidChain> {
     scene.chain().filter(|_| !law.is_motion()).map(RigidChain::new)

@@ -195,7 +195,7 @@ impl Simulation {
         (next.step, next.epoch) = (self.step, self.epoch);
         let energy = next.engine.energy(&next.law, now_s);
         finite(&Work::default(), &energy)?;
-        next.ledger = self.ledger.changed(energy);
+        next.ledger = self.ledger.changed(energy).with_least(next.least_j);
         next.error = next
             .engine
             .local_error(&next.law, now_s, next.grid.step_s)

@@ -99,7 +99,7 @@ impl Simulation {
         let energy = self.engine.energy(&self.law, self.time_s());
         let unchanged = (self.observed.start.energy, ChangedEnergy::default());
         let start = changes.map_or(unchanged, |changes| (changes.start, changes.changed));
-        self.ledger = Ledger::at(start, &checkpoint.ledger, energy);
+        self.ledger = Ledger::at(start, &checkpoint.ledger, energy).with_least(self.least_j);
         true
     }
 }

@@ -120,6 +120,20 @@ impl DriveLaw {
         jumps_s(rows).find(|edge_s| from_s < *edge_s && *edge_s < to_s)
     }
 
+    /// Largest rate of a prescribed motion, rad/s; 0 under a torque.
+    pub(super) fn largest_rate_rad_per_s(&self) -> f64 {
+        match &self.motion {
+            None => 0.0,
+            Some(MotionLaw::Speed { speed, .. }) => speed.abs(),
+            Some(MotionLaw::Ramp { from, to, .. }) => from.abs().max(to.abs()),
+            Some(MotionLaw::Spline(rows)) => {
+                let middles = rows.windows(2).map(|pair| 0.5 * (pair[0][0] + pair[1][0]));
+                let times = rows.iter().map(|[time_s, ..]| *time_s).chain(middles);
+                times.map(|time_s| within(rows, time_s)[1].abs()).fold(0.0, f64::max)
+            }
+        }
+    }
+
     pub(super) fn is_motion(&self) -> bool {
         self.motion.is_some()
     }

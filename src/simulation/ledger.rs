@@ -101,6 +101,8 @@ pub(super) struct Ledger {
     worst_balance_j: f64,
     /// Largest |balance error| before the present beginning, J; `None` while there is none.
     settled_balance_j: Option<f64>,
+    /// Energies below this are no divergence, J.
+    least_j: f64,
 }
 
 /// Entries of an account that the state does not determine.
@@ -119,7 +121,12 @@ pub struct LedgerEntries {
 impl Ledger {
     /// An account that begins with these energies.
     pub(super) fn new(start: Energy) -> Self {
-        Ledger { start, now: start, ..Ledger::default() }
+        Ledger { start, now: start, least_j: ENERGY_FLOOR_J, ..Ledger::default() }
+    }
+
+    /// The account in which energies up to this, J, are no divergence, if that is more than rounding.
+    pub(super) fn with_least(self, least_j: f64) -> Self {
+        Ledger { least_j: least_j.max(ENERGY_FLOOR_J), ..self }
     }
 
     /// The account with one more step; `keeps_energy` says whether the balance tells how well it was taken.
@@ -147,18 +154,18 @@ impl Ledger {
     /// Energy is not more than this many times what is accounted for.
     fn judge_growth(&self, factor: f64) -> Result<(), Cause> {
         let (energy_j, accounted_j) = (self.now.moving_j(), self.in_play_j());
-        let grew = energy_j > factor * accounted_j + ENERGY_FLOOR_J;
+        let grew = energy_j > factor * accounted_j + self.least_j;
         if grew { Err(Cause::EnergyGrew { energy_j, accounted_j, factor }) } else { Ok(()) }
     }
 
     /// A step does not dissipate far more than there was, nor move the balance by a large part of it.
     fn judge_balance(&self, before: &Ledger, work: Work, energy_factor: f64, balance_part: f64) -> Result<(), Cause> {
         let accounted_j = self.in_play_j();
-        if work.dissipated_j > energy_factor * accounted_j + ENERGY_FLOOR_J {
+        if work.dissipated_j > energy_factor * accounted_j + self.least_j {
             return Err(Cause::Dissipated { dissipated_j: work.dissipated_j, accounted_j });
         }
         let moved_j = self.balance_error_j() - before.balance_error_j();
-        if moved_j.abs() > balance_part * accounted_j + ENERGY_FLOOR_J {
+        if moved_j.abs() > balance_part * accounted_j + self.least_j {
             return Err(Cause::BalanceMoved { moved_j, accounted_j });
         }
         Ok(())
@@ -213,7 +220,7 @@ impl Ledger {
     /// The account where it stood at a checkpoint, with the energies of the state there.
     pub(super) fn at((start, changed): (Energy, ChangedEnergy), entries: &LedgerEntries, now: Energy) -> Ledger {
         let LedgerEntries { work, fallen_j, worst_balance_j, settled_balance_j } = *entries;
-        Ledger { start, now, work, changed, fallen_j, worst_balance_j, settled_balance_j }
+        Ledger { start, now, work, changed, fallen_j, worst_balance_j, settled_balance_j, least_j: ENERGY_FLOOR_J }
     }
 }
 

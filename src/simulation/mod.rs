@@ -109,6 +109,8 @@ pub struct Simulation {
     unconverged: u64,
     /// Whether the scene was changed in this epoch.
     changed: bool,
+    /// Energies below this are no divergence, J.
+    least_j: f64,
     /// Verdict on the first epoch before this one whose balance was off.
     distrusted: Option<EnergyVerdict>,
 }
@@ -124,6 +126,7 @@ impl Simulation {
         law.begin(load.before(0.0, scene.solver.step_s));
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
+            least_j: build::least_energy_j(scene, &law),
             law,
             load,
             grid: StepGrid::new(scene.solver.step_s),
@@ -163,7 +166,7 @@ impl Simulation {
         self.law.begin(self.load.before(0.0, self.grid.step_s));
         self.observe()?;
         self.observed.start.clone_from(&self.observed.last);
-        self.ledger = Ledger::new(self.observed.last.energy);
+        self.ledger = Ledger::new(self.observed.last.energy).with_least(self.least_j);
         self.error = self.engine.local_error(&self.law, 0.0, self.grid.step_s).map(|_| ErrorEstimate::default());
         Ok(())
     }
