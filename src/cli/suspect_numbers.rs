@@ -51,7 +51,8 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), of_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
-    let of_angles = many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive));
+    let of_angles =
+        many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive).or_else(|| moving_dwell(scene)));
     let of_lengths = of_lengths(chain);
     // With a length in mm, any speed looks too high.
     let of_speed = if of_lengths.is_none() { fast_crank(chain, &scene.drive) } else { None };
@@ -64,7 +65,6 @@ fn of_scene(scene: &Scene) -> Vec<String> {
         .chain(long_ramp(&scene.drive))
         .chain(long_pulses(&scene.drive))
         .chain(strong_pulses(scene))
-        .chain(moving_dwell(scene))
         .collect()
 }
 

@@ -73,7 +73,7 @@ fn regress_a_move_behind_a_dwell_is_no_divergence() -> Outcome {
                   [slider]\nmass_kg = 1.2\n[solver]\nstep_s = 1e-3\n";
     let thick = RULER.replace("height_m = 0.003", "height_m = 0.008");
     for (scene, model, integrator, step_s) in [
-        (&thick[..], "modal", "two-point", 2e-3),
+        (&thick[..], "modal", "two-point", 2e-3_f64),
         (&thick, "finite-element", "generalized-alpha", 1e-3),
         (slider, "finite-element", "generalized-alpha", 1e-3),
         (slider, "modal", "two-point", 1e-3),
@@ -109,6 +109,6 @@ fn regress_a_driven_chain_that_grows_by_itself_diverges() -> Outcome {
     ];
     let mut simulation = Simulation::new(&SceneSource::parse("grows.toml", RULER, &words)?.scene)?;
     let diverged = (0..2000).find_map(|_| simulation.step().err()).ok_or("it goes on")?;
-    assert!(simulation.ledger().energy.moving_j() < 1.0, "{diverged}");
+    assert!(simulation.ledger().energy.moving_j() < 2.0, "rotation alone has 0.5 J: {diverged}");
     Ok(())
 }
