@@ -329,15 +329,12 @@ fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) ->
     let points = points(campaign, folder, scalars)?;
     if points.scalars.iter().all(|scalar| scalar.values.is_empty()) {
         must_have_rows(campaign, folder)?;
-        let (runs, badly) = (counted(points.left_out, "run"), points.ended_badly);
-        return Err(Failure::Failed(match points.left_out - badly {
-            0 => format!(
-                "nothing to draw: none of {runs} ended well and is to be trusted; see the columns `ending`, `cause` and `verdict`"
-            ),
-            others => format!(
-                "nothing to draw: of {runs}, {badly} ended badly or are not to be trusted, and {others} are missing, or lack one of the scalars"
-            ),
-        }));
+        let runs = counted(points.left_out, "run");
+        let why = match points.left_out - points.ended_badly {
+            0 => "see the columns `ending`, `cause` and `verdict`".to_owned(),
+            others => format!("{} missing, or without one of the scalars", counted(others, "run")),
+        };
+        return Err(Failure::Failed(format!("nothing to draw: no run ended well and can be trusted ({runs}); {why}")));
     }
     if points.left_out > 0 {
         let left_out = counted(points.left_out, "run");

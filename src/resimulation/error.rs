@@ -120,7 +120,7 @@ fn outside(path: &Path, at_s: f64, last_s: Option<f64>) -> String {
             match RecordingError::cut_chunk_hint(path) {
                 Some(way) => {
                     format!(
-                        "t = {at_s} s is not in the whole chunks of the recording, which end at {end} s, and it ends early: {way}"
+                        "t = {at_s} s is not in the whole chunks of the recording, which end at {end} s: choose an earlier instant, or {way}"
                     )
                 }
                 None => format!("t = {at_s} s is not in the recording, which ends at {end} s: choose an earlier instant"),

@@ -43,7 +43,7 @@ const COMMANDS_AT_ONCE: usize = 16;
 pub struct SteppingOptions {
     /// Speed of simulated time.
     pub pace: Pace,
-    /// Simulated time with whose first step, or the next one, the run finishes, s.
+    /// The run finishes with the first step at or after this simulated time, s.
     pub until_s: Option<f64>,
     /// Publishing rates.
     pub publish: PublishRates,

@@ -168,10 +168,10 @@ impl Simulation {
         self.grid.steps_to_common(self.step, solver.step_s)
     }
 
-    /// Whether a pulse or a setpoint begins or ends in the next step.
+    /// Whether a torque begins or ends in the next step, or a prescribed acceleration jumps.
     pub fn has_edge_in_next_step(&self) -> bool {
         let next_s = self.grid.time_s(self.step + 1);
-        self.load.edge_within(self.time_s(), next_s).is_some()
+        self.edge_within([self.time_s(), next_s]).is_some()
     }
 
     /// Goes on as `next`, a simulation of the changed scene; `next` becomes this one as it was. Returns the energy that the change

@@ -66,7 +66,7 @@ fn regress_a_plot_of_runs_that_are_not_to_be_trusted_says_so() -> Outcome {
     let swept = flexcrank(at, "sweep s.toml")?;
     assert!(said(&swept)?.contains("not to be trusted") || said(&swept)?.contains("diverged"), "{swept:?}");
     let drawn = flexcrank(at, "sweep s.toml --plot plots --scalars driving_peak_torque_nm")?;
-    let told = "nothing to draw: none of 3 runs ended well and is to be trusted; see the columns `ending`, `cause` and `verdict`";
+    let told = "nothing to draw: no run ended well and can be trusted (3 runs); see the columns `ending`, `cause` and `verdict`";
     assert!(drawn.status.code() == Some(1) && said(&drawn)?.contains(told), "{drawn:?}");
     Ok(())
 }

@@ -62,10 +62,10 @@ fn val_a_motion_that_ends_at_rest_is_one_of_both_models() -> Outcome {
 }
 
 /// A beam that dwells and then moves, and a crank-slider that does. At the beginning of the move there are microjoules, of which the work of a
-/// step misses the larger part: that was divergence, by where in a step the move began.
+/// step misses the larger part: that was divergence at ten of these instants, by where in a step the move began.
 #[test]
-fn regress_a_move_behind_a_dwell_is_no_divergence() -> Outcome {
-    let turn = [0.0, 0.0039, 0.0302, 0.0951, 0.2047, 0.353, 0.5236, 0.6942, 0.8425, 0.9521, 1.017, 1.0433, 1.0472, 1.0472];
+fn regress_a_move_after_a_dwell_is_no_divergence() -> Outcome {
+    let turn = [0.0, 0.00393, 0.0302, 0.09513, 0.20473, 0.353, 0.5236, 0.6942, 0.84247, 0.95206, 1.017, 1.04326, 1.0472];
     let slider = "[crank]\nlength_m = 0.08\nsection = { shape = \"rectangle\", width_m = 0.02, height_m = 0.02 }\n\
                   density_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.1e11\nelements = 2\n\
                   [rod]\nlength_m = 0.5\nsection = { shape = \"rectangle\", width_m = 0.012, height_m = 0.005 }\n\
@@ -74,14 +74,13 @@ fn regress_a_move_behind_a_dwell_is_no_divergence() -> Outcome {
     let thick = RULER.replace("height_m = 0.003", "height_m = 0.008");
     for (scene, model, integrator, step_s) in [
         (&thick[..], "modal", "two-point", 2e-3_f64),
-        (&thick, "finite-element", "generalized-alpha", 1e-3),
         (slider, "finite-element", "generalized-alpha", 1e-3),
-        (slider, "modal", "two-point", 1e-3),
-        (slider, "modal", "esdirk", 2e-3),
+        (slider, "finite-element", "two-point", 1e-3),
     ] {
-        for begin_s in [0.02, 0.0205, 0.021, 0.025, 0.0256, 0.1, 0.125] {
+        for begin_s in [0.02, 0.0205, 0.021, 0.025, 0.1, 0.125] {
             let rows = (0..).zip(turn).map(|(row, angle_rad)| format!("[{}, {angle_rad}]", begin_s + 0.01 * f64::from(row)));
-            let table = format!("drive.table=[[0.0, 0.0], {}]", rows.collect::<Vec<_>>().join(", "));
+            let table =
+                format!("drive.table=[[0.0, 0.0], {}, [{}, 1.0472]]", rows.collect::<Vec<_>>().join(", "), begin_s + 0.16);
             let words = [
                 table,
                 format!("solver.model={model}"),
@@ -97,18 +96,18 @@ fn regress_a_move_behind_a_dwell_is_no_divergence() -> Outcome {
     Ok(())
 }
 
-/// What grows by itself is divergence all the same, within a few steps: a two-point rule that gains energy in every step.
+/// What grows by itself is divergence all the same: a two-point rule that gains energy in every step, while the table moves by 1e-4 rad.
 #[test]
 fn regress_a_driven_chain_that_grows_by_itself_diverges() -> Outcome {
     let words = [
-        "drive.speed_rad_per_s=10".to_owned(),
+        "drive.table=[[0, 0], [0.5, 0], [1, 0.01], [1.5, 0.02], [2, 0.02], [3, 0.02]]".to_owned(),
         "solver.model=modal".to_owned(),
         "solver.integrator=two-point".to_owned(),
         "solver.weight=0.4".to_owned(),
         "solver.step_s=2e-3".to_owned(),
     ];
     let mut simulation = Simulation::new(&SceneSource::parse("grows.toml", RULER, &words)?.scene)?;
-    let diverged = (0..2000).find_map(|_| simulation.step().err()).ok_or("it goes on")?;
-    assert!(simulation.ledger().energy.moving_j() < 2.0, "rotation alone has 0.5 J: {diverged}");
+    let diverged = (0..40).find_map(|_| simulation.step().err()).ok_or("it goes on")?;
+    assert!(simulation.ledger().energy.moving_j() < 1e-7, "{diverged}");
     Ok(())
 }
