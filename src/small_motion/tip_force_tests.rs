@@ -63,6 +63,23 @@ fn val_a_cantilever_yields_to_a_force_at_its_tip() -> Outcome {
     Ok(())
 }
 
+/// The clamp carries the whole force, and its moment, whatever the model reads its forces from.
+#[test]
+fn val_the_clamp_carries_the_force_in_every_model() -> Outcome {
+    for model in ["modal", "finite-element"] {
+        let space = at_rest(RULER, &[format!("solver.model={model}")], 0.0)?;
+        for (output, input, exact) in [
+            ("pivot_x_n", "tip_force_x_n", -1.0),
+            ("pivot_y_n", "tip_force_y_n", -1.0),
+            ("motion_torque_nm", "tip_force_y_n", -LENGTH_M),
+        ] {
+            let [found, _] = response(&space, [output, input], 0.0)?;
+            assert!((found - exact).abs() < 1e-8, "{model}, {output} by {input}: {found:e} for {exact:e}");
+        }
+    }
+    Ok(())
+}
+
 /// The exact beam: `w / F = (cosh b sin b − sinh b cos b) / (E J β³ (1 + cos b cosh b))`, `b = β L`, `β⁴ = ρ A ω² / E J`
 /// (Meirovitch, Fundamentals of Vibrations, section 8.4). The clamped end is turned by 30°.
 #[test]
