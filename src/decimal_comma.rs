@@ -1,14 +1,21 @@
 //! Numbers with a comma: they are refused, with the number as it should be written.
 
-/// A hint at the decimal point if `text` is a number with a comma in its place, perhaps with a unit or more numbers after it: `0,15`,
-/// `1,5s`.
+/// A hint at the decimal point if `text` is a number with a comma in its place, perhaps with a unit, or a range with such numbers: `0,15`,
+/// `1,5s`, `0,1:0,6:51`.
 pub(crate) fn decimal_comma_hint(text: &str) -> Option<String> {
+    let with_point = |part: &str| if part.contains(',') { pointed(part) } else { Some(part.to_owned()) };
+    let parts: Vec<String> = text.split(':').map(with_point).collect::<Option<_>>()?;
+    text.contains(',').then(|| format!("a number has a decimal point, not a comma: {}", parts.join(":")))
+}
+
+/// The number with a point in place of its only comma.
+fn pointed(text: &str) -> Option<String> {
     let (whole, rest) = text.split_once(',')?;
     let digits = whole.trim_start_matches(['+', '-']);
     let is_whole = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
     let after_digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
     let is_decimal = is_whole && after_digits.len() < rest.len() && !after_digits.starts_with('.') && !rest.contains(',');
-    is_decimal.then(|| format!("a number has a decimal point, not a comma: {whole}.{rest}"))
+    is_decimal.then(|| format!("{whole}.{rest}"))
 }
 
 /// A hint at the number as TOML has it if `text` is one with commas between thousands: `12,000,000`, `-1,500.5`. A single comma,
@@ -35,13 +42,20 @@ mod tests {
 
     #[test]
     fn val_a_decimal_comma_is_told_from_a_list() {
-        for (text, number) in
-            [("0,15", "0.15"), ("-1,5", "-1.5"), ("1,5s", "1.5s"), ("3,2e-4", "3.2e-4"), ("1,5:5:0.1", "1.5:5:0.1")]
-        {
+        for (text, number) in [
+            ("0,15", "0.15"),
+            ("-1,5", "-1.5"),
+            ("1,5s", "1.5s"),
+            ("3,2e-4", "3.2e-4"),
+            ("1,5:5:0.1", "1.5:5:0.1"),
+            ("0,1:0,6:51", "0.1:0.6:51"),
+        ] {
             let hint = decimal_comma_hint(text).unwrap_or_default();
             assert_eq!(hint, format!("a number has a decimal point, not a comma: {number}"), "{text}");
         }
-        for text in ["", "0.15", "1,2,3", "1,2.5", "0.1,0.2", ",5", "1,", "1, 2", "a,b", "[0,5", "angles,loads"] {
+        for text in
+            ["", "0.15", "1,2,3", "1,2.5", "0.1,0.2", ",5", "1,", "1, 2", "a,b", "[0,5", "angles,loads", "1:2,3,4", "a,b:0,5"]
+        {
             assert_eq!(decimal_comma_hint(text), None, "{text}");
         }
     }

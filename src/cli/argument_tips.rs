@@ -64,7 +64,8 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
             .map(ToString::to_string)
             .and_then(|value| {
                 let of_file = || file_hint(&value).map(|hint| format!("{value} is {hint}"));
-                decimal_comma_hint(&value).or_else(|| rpm_hint(&value)).or_else(of_file)
+                let given = in_list(&value, words).unwrap_or(&value);
+                decimal_comma_hint(given).or_else(|| rpm_hint(&value)).or_else(of_file)
             })
             .or(dashes),
         _ => None,
@@ -78,6 +79,12 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         None => {}
     }
     error
+}
+
+/// The list in which a value stands among the words, which clap splits at its commas: `0,1` of the value `0`.
+fn in_list<'a>(value: &str, words: &'a [OsString]) -> Option<&'a str> {
+    let lists = words.iter().filter_map(|word| word.to_str()).map(|word| word.split_once('=').map_or(word, |(_, list)| list));
+    lists.filter(|list| list.contains(',')).find(|list| list.split(',').any(|entry| entry == value))
 }
 
 /// The tip for an option by a name that another program has for it, if the command has the option, and it is not given already.
@@ -217,6 +224,9 @@ mod tests {
             ("cycle --rpm 955", "--speed RAD/S: 60 rpm are 6.2832 rad/s"),
             ("cycle --speed 955rpm", "955rpm are 100.007 rad/s"),
             ("run --duration 3", "the option for the end is --until TIME"),
+            ("cycle --ratio 0,1", "a number has a decimal point, not a comma: 0.1\n"),
+            ("trade --steps=0,001", "a number has a decimal point, not a comma: 0.001\n"),
+            ("cycle --sweep-ratio 0,1:0,6:51", "a number has a decimal point, not a comma: 0.1:0.6:51\n"),
         ] {
             assert!(refusal(line).contains(tip), "{line}: {}", refusal(line));
         }

@@ -161,6 +161,9 @@ impl Info {
                 _ => writeln!(out, "  last status   none")?,
             }
         }
+        if session.is_none() && topics.iter().any(|topic| topic.schema.starts_with("flexcrank.")) {
+            writeln!(out, "  session       none: metadata and scene are lost")?;
+        }
         if let Some(damage) = damage {
             let label = if *ends_early { "ends early" } else { "damaged" };
             writeln!(out, "  {label:<12}  {}", shown_sentence(damage))?;

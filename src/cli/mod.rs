@@ -45,6 +45,7 @@ mod npz;
 mod open_files;
 mod other_names;
 mod output;
+mod over_frequency;
 mod overlay;
 mod overlay_places;
 mod peaks;

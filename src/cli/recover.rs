@@ -61,6 +61,13 @@ fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
     if loss.orphans > 0 {
         lines.push(format!("{} messages whose topic is unknown", loss.orphans));
     }
+    if loss.anonymous {
+        lines.push(
+            "metadata and scene, so that the new file can be plotted, exported and replayed, but not verified, resumed or used for \
+             a `what-if`"
+                .to_owned(),
+        );
+    }
     if loss.cut_off {
         lines.push(format!("all after {span_s:.3} s: the file is still being recorded, or was cut off"));
     }

@@ -13,9 +13,9 @@ use super::folders::{make_folder, must_be_targets};
 use super::linear_args::{Linear, LinearArgs};
 use super::mode_figures::rounded;
 use super::output::output;
+use super::over_frequency::OverFrequency;
 use super::peaks::{UNDAMPED, natural_hz, unmet};
-use super::phases::{unwrap, within_half_a_turn};
-use super::progress::bar;
+use super::phases::within_half_a_turn;
 use super::values::{positive, positive_time};
 use super::written::{draw, write_table};
 use crate::plot::{self, Axis, Figure, Named};
@@ -47,6 +47,8 @@ const SMALL_RAD: f64 = 1.0;
 const GROWS: f64 = 1e-6;
 /// Modes that decide which frequencies are of interest.
 const MODES: usize = 10;
+/// Most modes whose peaks are looked at.
+const MOST_MODES: usize = 160;
 /// Without modes, Hz and s.
 const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 
@@ -85,10 +87,7 @@ pub(super) struct Args {
 struct Responses {
     input: String,
     outputs: Vec<String>,
-    frequencies_hz: Vec<f64>,
-    /// Magnitudes and phases (degrees, unwrapped) of each output.
-    magnitudes: Vec<Vec<f64>>,
-    phases_deg: Vec<Vec<f64>>,
+    over_frequency: OverFrequency,
     after_step: AfterStep,
     /// Whether the mechanism moves without a force that brings it back.
     is_free: bool,
@@ -103,16 +102,18 @@ pub(super) fn response(args: &Args) -> CommandResult {
     must_be_targets(&args.linear.subject.target, &targets)?;
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
-    let responses = args.respond(&linear, &found)?;
+    let range_hz = args.range_hz(&natural_hz(&found))?;
+    let natural = natural_below(range_hz[1], &linear, &found);
+    let responses = args.respond(&linear, &found, (range_hz, &natural))?;
     linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats());
     let remarks =
-        found.iter().filter_map(|mode| rounded(&mode.into())).chain(unmet(&natural_hz(&found), &responses.frequencies_hz));
+        found.iter().filter_map(|mode| rounded(&mode.into())).chain(unmet(&natural, &responses.over_frequency.frequencies_hz));
     let shown = shown.and_then(|()| remarks.into_iter().try_for_each(|remark| Ok(writeln!(output(), "{remark}")?)));
     // All that can be written is, though an earlier part of it, or printing, fails.
     shown
-        .and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true)))
+        .and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.table_over_frequency(), true)))
         .and(args.step_csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_time(), true)))
         .and(args.plot.as_deref().map_or(Ok(()), |folder| responses.draw(folder, &linear.title)))?;
     if let Some(rate) = growth_per_s(&found) {
@@ -132,8 +133,8 @@ fn growth_per_s(found: &[Mode]) -> Option<f64> {
 }
 
 impl Args {
-    fn respond(&self, linear: &Linear, found: &[Mode]) -> CommandResult<Responses> {
-        let (space, natural) = (&linear.space, natural_hz(found));
+    fn respond(&self, linear: &Linear, found: &[Mode], (range_hz, natural): ([f64; 2], &[[f64; 2]])) -> CommandResult<Responses> {
+        let space = &linear.space;
         let input = match &self.input {
             Some(name) if name == "torque_nm" && linear.chosen.subject.is_held() => {
                 return Err(Failure::Usage("no input \"torque_nm\": the crank is held; --crank free has it".to_owned()));
@@ -146,31 +147,14 @@ impl Args {
             names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
         };
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
-        let mut largest_rad = 0.0_f64;
-        let frequencies_hz = self.frequencies_hz(&natural)?;
-        let (mut magnitudes, mut phases_deg) = (vec![Vec::new(); outputs.len()], vec![Vec::new(); outputs.len()]);
-        let progress = bar(frequencies_hz.len() as u64, "{wide_bar} {pos}/{len} frequencies{left}");
-        for frequency_hz in &frequencies_hz {
-            // At the frequency of a vibration without damping there is no response: the curve has a gap.
-            let found = space.frequency_response(input, *frequency_hz).ok();
-            let angles_rad = found.iter().flat_map(|found| angles.iter().map(|angle| found[*angle].norm()));
-            largest_rad = angles_rad.fold(largest_rad, f64::max);
-            for (k, output) in outputs.iter().enumerate() {
-                let value = found.as_ref().map(|found| found[*output]);
-                magnitudes[k].push(value.map_or(f64::NAN, |value| value.norm()));
-                phases_deg[k].push(value.map_or(f64::NAN, |value| value.arg().to_degrees()));
-            }
-            progress.inc(1);
-        }
-        progress.finish_and_clear();
-        phases_deg.iter_mut().zip(&magnitudes).for_each(|(phases, magnitudes)| unwrap(phases, magnitudes));
+        let over_frequency = OverFrequency::new(space, (input, &outputs), frequencies_hz(range_hz, natural), natural);
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
         let fastest_per_s = found.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
         let mut after_step = AfterStep::new(space, input, &[&outputs[..], &angles].concat(), (until_s, fastest_per_s))?;
         after_step.samples.truncate(outputs.len());
         let after_rad = after_step.peaks.drain(outputs.len()..).map(|(_, peak)| peak.abs());
-        let is_beyond_small = after_rad.fold(largest_rad, f64::max) > SMALL_RAD;
+        let is_beyond_small = after_rad.fold(over_frequency.largest_rad, f64::max) > SMALL_RAD;
         let free = FreeMotions::new(space, found);
         let is_unbounded = |output: &&usize| free.let_grow(space, [input, **output]);
         let unbounded = outputs.iter().filter(is_unbounded).map(|output| space.outputs[*output].clone()).collect();
@@ -179,31 +163,21 @@ impl Args {
             unbounded,
             input: space.inputs[input].clone(),
             outputs: outputs.iter().map(|output| space.outputs[*output].clone()).collect(),
-            frequencies_hz,
-            magnitudes,
-            phases_deg,
+            over_frequency,
             after_step,
             is_beyond_small,
         })
     }
 
-    /// Frequencies at equal ratios, and close ones about each natural frequency.
-    fn frequencies_hz(&self, natural: &[[f64; 2]]) -> CommandResult<Vec<f64>> {
+    /// Lowest and highest frequency, Hz, by the natural ones if not given.
+    fn range_hz(&self, natural: &[[f64; 2]]) -> CommandResult<[f64; 2]> {
         let ends = natural.first().zip(natural.last()).map(|([low, _], [high, _])| [0.1 * low, 2.0 * high]);
         let [low, high] = ends.unwrap_or(OTHERWISE.0);
         let (low, high) = (self.from.unwrap_or(low), self.to.unwrap_or(high));
         if low >= high {
             return Err(Failure::Usage(self.empty_range([low, high])));
         }
-        let ratio = |k: usize| low * (high / low).powf(k as f64 / (FREQUENCIES - 1) as f64);
-        let mut all: Vec<f64> = (0..FREQUENCIES).map(ratio).collect();
-        for [hz, damping] in natural.iter().filter(|[_, damping]| *damping > UNDAMPED) {
-            let about = |k: i32| hz * (1.0 + damping * WIDTHS * f64::from(k) / f64::from(ABOUT_PEAK));
-            all.extend((-ABOUT_PEAK..=ABOUT_PEAK).map(about).filter(|hz| (low..=high).contains(hz)));
-        }
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        Ok(all)
+        Ok([low, high])
     }
 
     /// Why there are no frequencies from `low` to `high`, Hz: only options that were given are at fault.
@@ -216,6 +190,31 @@ impl Args {
             _ => format!("--from {low} must be less than --to {high}"),
         }
     }
+}
+
+/// Natural frequencies and damping ratios of the modes found, and of further ones up to a frequency, Hz, as far as they are found.
+fn natural_below(high_hz: f64, linear: &Linear, found: &[Mode]) -> Vec<[f64; 2]> {
+    let mut natural = natural_hz(found);
+    let (mut count, mut all_found) = (MODES, found.len());
+    while all_found == count && count < MOST_MODES && natural.last().is_none_or(|[hz, _]| *hz < high_hz) {
+        count *= 2;
+        let Ok(further) = modes(&linear.chosen.subject, &linear.point, count) else { break };
+        (natural, all_found) = (natural_hz(&further), further.len());
+    }
+    natural
+}
+
+/// Frequencies at equal ratios, and close ones about each natural frequency.
+fn frequencies_hz([low, high]: [f64; 2], natural: &[[f64; 2]]) -> Vec<f64> {
+    let ratio = |k: usize| low * (high / low).powf(k as f64 / (FREQUENCIES - 1) as f64);
+    let mut all: Vec<f64> = (0..FREQUENCIES).map(ratio).collect();
+    for [hz, damping] in natural.iter().filter(|[_, damping]| *damping > UNDAMPED) {
+        let about = |k: i32| hz * (1.0 + damping * WIDTHS * f64::from(k) / f64::from(ABOUT_PEAK));
+        all.extend((-ABOUT_PEAK..=ABOUT_PEAK).map(about).filter(|hz| (low..=high).contains(hz)));
+    }
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
 }
 
 fn place(name: &str, names: &[String], what: &str) -> CommandResult<usize> {
@@ -246,11 +245,12 @@ impl Responses {
         let mut rows =
             vec![["output", "largest", "at Hz", "phase", "step: largest", "at s", "at its end"].map(str::to_owned).to_vec()];
         for (k, name) in self.outputs.iter().enumerate() {
-            let (at, peak) = largest(&self.magnitudes[k]);
+            let (at, peak) = largest(&self.over_frequency.magnitudes[k]);
             let (step_at_s, step) = self.after_step.peaks[k];
-            let phase = format!("{}°", within_half_a_turn(self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN)));
+            let phase =
+                format!("{}°", within_half_a_turn(self.over_frequency.phases_deg[k].get(at).copied().unwrap_or(f64::NAN)));
             let end = self.after_step.samples[k].last().copied().unwrap_or(f64::NAN);
-            let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
+            let numbers = [figure(peak), figure(self.over_frequency.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
         }
         Ok(print(&rows, 1)?)
@@ -260,7 +260,7 @@ impl Responses {
     fn show_caveats(&self) -> CommandResult<()> {
         let mut out = output();
         self.show_missed()?;
-        for (end, place) in [("lower", 0), ("upper", self.frequencies_hz.len().saturating_sub(1))] {
+        for (end, place) in [("lower", 0), ("upper", self.over_frequency.frequencies_hz.len().saturating_sub(1))] {
             let names = self.largest_at(place).join(", ");
             if !names.is_empty() {
                 writeln!(out, "  {names}: largest at the {end} end of the range, which is no resonance")?;
@@ -290,7 +290,7 @@ impl Responses {
             let (at, peak) = largest(values);
             at == place && peak > 0.0
         };
-        let outputs = self.outputs.iter().zip(&self.magnitudes);
+        let outputs = self.outputs.iter().zip(&self.over_frequency.magnitudes);
         outputs.filter(|(_, magnitudes)| is_there(magnitudes)).map(|(name, _)| name.as_str()).collect()
     }
 
@@ -310,10 +310,12 @@ impl Responses {
         draw(folder, "frequency-response", &self.bode(title), true).and(draw(folder, "step-response", &after_step, true))
     }
 
-    fn over_frequency(&self) -> Table {
+    fn table_over_frequency(&self) -> Table {
         let mut table = Table::default();
-        table.push("frequency_hz", self.frequencies_hz.clone());
-        for ((name, magnitudes), phases) in self.outputs.iter().zip(&self.magnitudes).zip(&self.phases_deg) {
+        table.push("frequency_hz", self.over_frequency.frequencies_hz.clone());
+        for ((name, magnitudes), phases) in
+            self.outputs.iter().zip(&self.over_frequency.magnitudes).zip(&self.over_frequency.phases_deg)
+        {
             table.push(format!("{name}_per_{}", self.input), magnitudes.clone());
             table.push(format!("{name}_phase_deg"), phases.clone());
         }
@@ -337,16 +339,16 @@ impl Responses {
         // Magnitudes of different units have no common axis.
         for unit in units {
             let own: Vec<(&Axis, &Vec<f64>)> =
-                outputs.iter().zip(&self.magnitudes).filter(|(output, _)| output.unit == unit).collect();
+                outputs.iter().zip(&self.over_frequency.magnitudes).filter(|(output, _)| output.unit == unit).collect();
             let label = of_one("magnitude", own.iter().map(|(output, _)| *output));
             figure = figure.panel(Axis::log(label, format!("{unit} per {}", input.unit)));
             for (output, magnitudes) in own {
-                figure = figure.line(&output.label, &self.frequencies_hz, magnitudes);
+                figure = figure.line(&output.label, &self.over_frequency.frequencies_hz, magnitudes);
             }
         }
         figure = figure.panel(Axis::new(of_one("phase", outputs.iter()), "°"));
-        for (output, phases) in outputs.iter().zip(&self.phases_deg) {
-            figure = figure.line(&output.label, &self.frequencies_hz, phases);
+        for (output, phases) in outputs.iter().zip(&self.over_frequency.phases_deg) {
+            figure = figure.line(&output.label, &self.over_frequency.frequencies_hz, phases);
         }
         figure
     }

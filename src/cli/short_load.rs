@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::aligned_table::figure;
 use super::suggested_step::speed_rad_per_s;
 use crate::mechanics::loads_rad;
+use crate::runtime::CrankSteps;
 use crate::scene::{Drive, End, Level, Motion, Resistance, Scene, SceneSource};
 use crate::simulation::Loads;
 
@@ -137,6 +138,30 @@ impl ShortLoad {
             )
         })
     }
+}
+
+/// The loads of the resistance that a torque drives the crank of a scene through, rad: their speeds show in the run. None if its start
+/// is warned of.
+pub(super) fn watched_loads_rad(source: &SceneSource) -> Vec<[f64; 2]> {
+    let is_driven = matches!(source.scene.drive, Drive::Torque { .. });
+    let watched = resistance(&source.scene).filter(|_| is_driven && ShortLoad::warning_of(source).is_none());
+    watched.map_or(Vec::new(), loads_rad)
+}
+
+/// The warning of a run whose crank passed one of these loads in too few steps.
+pub(super) fn warning_of_run(loads_rad: &[[f64; 2]], run: &CrankSteps) -> Option<String> {
+    let passed = loads_rad.iter().map(|[from_rad, to_rad]| (to_rad - from_rad, run.longest_in([*from_rad, *to_rad])));
+    let in_steps = passed.map(|(width_rad, turning)| (width_rad / turning.step_rad, width_rad, turning.rad_per_s));
+    let (steps, width_rad, rad_per_s) = in_steps.min_by(|one, other| one.0.total_cmp(&other.0))?;
+    (steps < FEW_STEPS).then(|| {
+        format!(
+            "the crank passed a load of slider.resistance_table, {} rad wide at half its height, in {steps:.2} steps at {} rad/s: peaks of \
+             forces and torques came out too small, or were missed; steps of {} s show them",
+            figure(width_rad),
+            figure(rad_per_s),
+            figure(ShortLoad { width_rad, rad_per_s }.longest_step_s().0)
+        )
+    })
 }
 
 /// The resistance of a scene with a slider.

@@ -70,7 +70,7 @@ pub(super) struct Trial {
     pub(super) out_of_range: Option<f64>,
     /// Simulated time at which a run that took too long was ended, s.
     pub(super) cut_off_s: Option<f64>,
-    /// Whether nothing was seen to move in the whole run: no coordinate, and no prescribed angle.
+    /// Whether nothing was seen to move in the whole run, to its end: no coordinate, and no prescribed angle.
     pub(super) stands_still: bool,
     pub(super) verdict: Result<EnergyVerdict, Diverged>,
     /// The last status of a run in real time that would tell it is not to be trusted, where the whole is.
@@ -159,7 +159,7 @@ impl Trial {
             looks,
             out_of_range,
             cut_off_s,
-            stands_still: stands_still && steps > 1 && cut_off_s.is_none(),
+            stands_still: stands_still && steps > 1 && cut_off_s.is_none() && taken.is_ok(),
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
             verdict: taken.map(|()| verdict),
             distrust: distrust.filter(|_| verdict == EnergyVerdict::Balanced),

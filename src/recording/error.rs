@@ -25,7 +25,7 @@ pub enum RecordingError {
     #[error("{}: {}", .0.display(), if .0.is_dir() { "is a folder, not a file" } else { "exists already, and recordings are never overwritten: choose another name" })]
     Exists(PathBuf),
     /// The file is not MCAP.
-    #[error("{}: not an MCAP file{}", .0.display(), toml_hint(.0).map_or(String::new(), |hint| format!(", but {hint}")))]
+    #[error("{}: not an MCAP file{}", .0.display(), instead_of_mcap(.0))]
     NotMcap(PathBuf),
     /// The file is damaged.
     #[error("{}: {cause}", path.display())]
@@ -132,6 +132,18 @@ fn why(path: &Path, cause: &std::io::Error) -> String {
             scene.unwrap_or_else(|| format!("{cause}{}", did_you_mean_file(path)))
         }
         _ => cause.to_string(),
+    }
+}
+
+/// What a file that does not begin as MCAP files do is instead, if that can be told.
+fn instead_of_mcap(path: &Path) -> String {
+    let ends_as_mcap = || path.is_file() && open(path).is_ok_and(|mut file| is_closed(&mut file).unwrap_or(false));
+    match toml_hint(path) {
+        Some(hint) => format!(", but {hint}"),
+        None if ends_as_mcap() => {
+            ", but it ends like one: its beginning is lost, and `flexcrank recover` saves what follows".to_owned()
+        }
+        None => String::new(),
     }
 }
 

@@ -3,6 +3,7 @@
 mod advance;
 mod changes;
 mod commands;
+mod crank_steps;
 mod deadlines;
 mod ending;
 mod parts;
@@ -24,6 +25,7 @@ use super::slowdown::Slowdown;
 use super::status::RunPhase;
 use crate::simulation::{Diverged, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
 pub(crate) use changes::GOVERNED;
+pub use crank_steps::CrankSteps;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
@@ -268,6 +270,7 @@ impl Stepper {
             verdict: self.simulation.session_verdict(),
             unconverged: self.simulation.unconverged(),
             worst_out_of_range: self.statistics.worst_out_of_range,
+            crank_steps: std::mem::take(&mut self.statistics.crank_steps),
         }
     }
 
@@ -355,8 +358,7 @@ impl Stepper {
         // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         self.simulation.sample(sample, stamp)?;
-        self.statistics.worst_out_of_range =
-            self.statistics.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
+        self.statistics.add(&sample.observation, stamp.epoch, self.simulation.step_s());
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }

@@ -79,7 +79,8 @@ fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError 
         "must be a list" if !key.contains('.') => format!("must be a list, each entry in a table [[{key}]]"),
         problem => match key.strip_suffix(".0").filter(|table| is_single_table(table)) {
             Some(table) => return text.refuse(table, format!("must be a single table [{table}]")),
-            None => problem.to_owned(),
+            None if problem.contains("did you mean") => problem.to_owned(),
+            None => format!("{problem}{}", elsewhere(&key, error.message())),
         },
     };
     let is_of_value = ["invalid type: ", "unknown variant "].into_iter().any(|beginning| error.message().starts_with(beginning));
@@ -114,6 +115,21 @@ fn known_keys(table: &str) -> String {
     let title = format!("[{}]", list.unwrap_or(table));
     let names: Vec<&str> = keys::reference().iter().filter(|row| row.table.contains(&title)).map(|row| row.key).collect();
     if names.is_empty() { String::new() } else { format!(" (known here: {})", names.join(", ")) }
+}
+
+/// The other tables that have an unknown key, and that which is named by its first word: `[torque]` for `drive.torque_nm`.
+fn elsewhere(path: &str, message: &str) -> String {
+    let Some(given) = message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next()) else {
+        return String::new();
+    };
+    let rows = keys::reference();
+    let tables: Vec<&str> = rows.iter().filter(|row| row.key == given).map(|row| row.table).collect();
+    let first_word = given.split('_').next().unwrap_or_default();
+    let is_inside = path.split('.').next() == Some(first_word);
+    let named = rows.iter().map(|row| row.table).find(|table| !is_inside && *table == format!("[{first_word}]"));
+    let keys = if tables.is_empty() { String::new() } else { format!("; it is a key of {}", tables.join(", ")) };
+    let table = named.map(|table| format!("; {table} is a table by itself")).unwrap_or_default();
+    keys + &table
 }
 
 /// serde's message, with the nearest of the names it expected where one was unknown.
@@ -255,6 +271,27 @@ mod tests {
         ] {
             assert_eq!(describe(&format!("{given}, expected {expected}")), said);
         }
+    }
+
+    #[test]
+    fn regress_a_key_of_another_table_is_told_with_that_table() {
+        let beam = "[beam]\nlength_m = 1.0\nmass_kg = 2.0\nrigid = true\n";
+        let text = crate::scene::builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
+        for (given, said) in [
+            ("drive.torque_nm=1", "ramp, table); it is a key of [[pulse]]; [torque] is a table by itself"),
+            ("crank.rate_rad_per_s=1", "); it is a key of [start]"),
+            ("solver.gravity=1", "); [gravity] is a table by itself"),
+            ("resistance_n=1", "); it is a key of [slider]"),
+            ("rod.colour=1", "axial, damping_s)"),
+            // A key near at hand is enough.
+            ("start.rate=1", "did you mean `rate_rad_per_s`? (known here: angle_rad, rate_rad_per_s, static_equilibrium)"),
+            ("torque.torque_xy=1", "(known here: constant_nm)"),
+        ] {
+            let refused = refused(text, &[given]);
+            assert!(refused.starts_with(&format!("--set {given}: ")) && refused.trim_end().ends_with(said), "{given}: {refused}");
+        }
+        let said = refused(&format!("mass_kg = 1\n{beam}"), &[]);
+        assert!(said.ends_with("it is a key of [crank], [rod] or [beam], [slider], [tip]"), "{said}");
     }
 
     #[test]

@@ -23,8 +23,8 @@ use crate::bus::{self, About, BusError, LogTime, Name, ServiceEndpoint, Session,
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{
-    Action, Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Reply, Request, RunSummary, SceneInForce,
-    ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
+    Action, Command, CrankSteps, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Reply, Request, RunSummary,
+    SceneInForce, ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EnergyVerdict, PublishRates, Sample, Simulation};
@@ -103,6 +103,8 @@ pub struct LiveReport {
     pub unconverged: u64,
     /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
+    /// The longest steps of the crank in each part of a turn.
+    pub crank_steps: CrankSteps,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
     /// Commands accepted from the bus.
@@ -195,7 +197,7 @@ struct RunningSimulation {
 
 impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let RunSummary { ending, dropped: lost, verdict, unconverged, worst_out_of_range } =
+        let RunSummary { ending, dropped: lost, verdict, unconverged, worst_out_of_range, crank_steps } =
             self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
@@ -207,6 +209,7 @@ impl RunningSimulation {
             verdict,
             unconverged,
             worst_out_of_range,
+            crank_steps,
             angles,
             recordings,
             dropped,

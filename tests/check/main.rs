@@ -365,6 +365,22 @@ fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
     Ok(())
 }
 
+/// A run that a pulse ended in its first step was told to be given a pulse.
+#[test]
+fn regress_a_run_that_diverges_with_its_pulse_is_not_one_in_which_nothing_moves() -> Tried {
+    let arm = "[beam]\nlength_m = 0.6\nsection = { shape = \"rectangle\", width_m = 0.025, height_m = 0.004 }\ndensity_kg_per_m3 = 2700\n\
+               youngs_modulus_pa = 7e10\nelements = 8\nmodes = 4\ndamping_s = 1e-4\n[tip]\nmass_kg = 0.2\n[base]\n\
+               torsion_spring_nm_per_rad = 4\ndamper_nm_s_per_rad = 0.05\n[[pulse]]\nstart_s = 0.1\ntorque_nm = 1e7\nduration_s = 0.05\n\
+               [solver]\nmodel = \"modal\"\nintegrator = \"esdirk\"\nstep_s = 0.001\n";
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("arm.toml"), arm)?;
+    let done = Command::new(env!("CARGO_BIN_EXE_flexcrank")).current_dir(folder.path()).args(["check", "arm.toml"]).output()?;
+    let said = String::from_utf8(done.stderr)?;
+    assert_eq!(done.status.code(), Some(4), "{said}");
+    assert!(said.contains("diverged in step 101 at t = 0.1 s") && !said.contains("nothing moves"), "{said}");
+    Ok(())
+}
+
 /// Maps of a scene whose load comes later than a run of a map ends had "0 wrong" in all cells.
 #[test]
 fn regress_maps_in_which_nothing_moves_are_warned_of() -> Tried {

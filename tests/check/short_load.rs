@@ -111,6 +111,34 @@ fn regress_the_speed_is_that_at_which_the_load_is_passed() -> Tried<()> {
     Ok(())
 }
 
+/// How fast a torque turns the crank is known behind the run. One that swings where no load is has none to warn of, however fast.
+#[test]
+fn regress_a_load_that_a_crank_from_rest_jumped_over_is_warned_of() -> Tried<()> {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let turning = "[torque]\nconstant_nm = 0.1";
+    // It swings about 3.14 rad, to either side by 2 rad at the first.
+    let swinging = "[start]\nangle_rad = 5.06\n[gravity]\nx_m_per_s2 = -400\ny_m_per_s2 = 0";
+    let scene = PRESS.replace("80000", "1000");
+    for (name, drive) in [("turning", turning), ("swinging", swinging)] {
+        let scene = scene.replace("[drive]\nramp = { to_rad_per_s = 10, over_s = 0.5 }", drive);
+        fs::write(at.join(format!("{name}.toml")), scene)?;
+    }
+    let run = |scenes: &[&str], step: &str| -> Tried<String> {
+        let key = format!("solver.step_s={step}");
+        let usual = ["--set", &key, "--no-bus", "--no-record", "--pace", "max", "--until", "3"];
+        said(&flexcrank(at, &[&["run"], scenes, &usual].concat())?)
+    };
+    let warning = "warning: the crank passed a load of slider.resistance_table, 0.015 rad wide at half its height, in 0.";
+    let said = run(&["turning.toml"], "0.01")?;
+    assert!(said.contains(warning), "{said}");
+    for (scene, step) in [("turning.toml", "0.0001"), ("swinging.toml", "0.005")] {
+        let said = run(&[scene], step)?;
+        assert!(!said.contains("slider.resistance_table"), "{scene}: {said}");
+    }
+    Ok(())
+}
+
 /// `run` and `check` name the level whose step is too long, and no level where it is the scene's own; `sweep` runs no levels.
 #[test]
 fn regress_the_level_whose_step_jumps_over_a_load_is_named() -> Tried<()> {

@@ -1,5 +1,6 @@
 //! Recordings: in parts, with gaps, broken and recovered.
 
+mod beginning;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;

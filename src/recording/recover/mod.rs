@@ -44,6 +44,8 @@ pub struct Loss {
     /// Recorded time without messages around the losses, s. Time before the first or after the last message counts only if the
     /// statistics of the file cover it.
     pub seconds: f64,
+    /// Whether the damage took the metadata or the scene of a service's recording.
+    pub anonymous: bool,
 }
 
 impl Loss {
@@ -143,6 +145,7 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
         first.saturating_sub(statistics.message_start_time) + statistics.message_end_time.saturating_sub(last)
     });
     loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
+    loss.anonymous = !loss.is_none() && salvage.is_anonymous();
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());
     salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?.finish_new().map_err(RecordingError::new_file(output))?;

@@ -13,7 +13,7 @@ use crate::recording::end::END;
 use crate::recording::parse::parse;
 use crate::recording::records::Chunk;
 use crate::recording::writer::options;
-use crate::recording::{RecordingError, build_info};
+use crate::recording::{RecordingError, build_info, session_info};
 use crate::whole_file::WholeFile;
 
 /// Name of the metadata record that states what a file was recovered from.
@@ -51,6 +51,9 @@ pub(super) struct Salvage {
     pub hole_ns: u64,
     /// Whether messages are missing just before the next one.
     pub in_hole: bool,
+    /// Whether flexcrank's metadata and the scene were found.
+    pub has_metadata: bool,
+    pub has_scene: bool,
     /// Whether a record said how the recording ended, and no chunk came after it.
     pub has_end: bool,
 }
@@ -73,6 +76,8 @@ impl Salvage {
             span_ns: None,
             hole_ns: 0,
             in_hole: false,
+            has_metadata: false,
+            has_scene: false,
             has_end: false,
         })
     }
@@ -133,6 +138,12 @@ impl Salvage {
         Ok(())
     }
 
+    /// Whether it is a recording of a service without the metadata or the scene that belong to it.
+    pub(super) fn is_anonymous(&self) -> bool {
+        let is_of_service = self.schemas.values().any(|(schema, _)| schema.name.starts_with("flexcrank."));
+        is_of_service && !(self.has_metadata && self.has_scene)
+    }
+
     /// Number of messages in the new file.
     pub(super) fn saved(&self) -> u64 {
         self.tallies.values().map(|tally| tally.saved).sum()
@@ -160,15 +171,19 @@ impl Salvage {
             Record::Message { header, data } => self.take_message(header, &data)?,
             Record::Metadata(metadata) => {
                 self.has_end |= metadata.name == END;
+                self.has_metadata |= metadata.name == session_info::METADATA;
                 self.mcap.write_metadata(&metadata)?;
             }
-            Record::Attachment { header, data, .. } => self.mcap.attach(&Attachment {
-                log_time: header.log_time,
-                create_time: header.create_time,
-                name: header.name,
-                media_type: header.media_type,
-                data,
-            })?,
+            Record::Attachment { header, data, .. } => {
+                self.has_scene |= header.name == session_info::SCENE;
+                self.mcap.attach(&Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data,
+                })?;
+            }
             record => return Ok(self.define(record).is_ok()),
         }
         Ok(true)

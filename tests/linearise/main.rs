@@ -1,5 +1,7 @@
 //! `linearise`, `response` and `modes` as their users run them: files that are whole, refusals that help, modes that keep their names.
 
+mod response;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::path::Path;
@@ -100,45 +102,6 @@ fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
     Ok(())
 }
 
-/// Far below its resonances a mass follows a force as its spring does.
-#[test]
-fn val_the_table_of_a_response_begins_at_its_static_value() -> Outcome {
-    let folder = tempfile::tempdir()?;
-    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
-    let line = format!("response thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3 --csv all.csv --plot drawn");
-    let (code, _, said) = flexcrank(folder.path(), &line)?;
-    assert_eq!(code, Some(0), "{said}");
-    let text = std::fs::read_to_string(folder.path().join("all.csv"))?;
-    let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("frequency_hz,mass_1_m_per_mass_1_force_n,mass_1_m_phase_deg"));
-    let first: Vec<f64> = lines.next().ok_or("no row")?.split(',').map(str::parse).collect::<Result<_, _>>()?;
-    assert!((first[1] * 300.0 - 1.0).abs() < 1e-6 && first[2] == 0.0, "{first:?}");
-    assert_eq!(std::fs::read_dir(folder.path().join("drawn"))?.count(), 4);
-    Ok(())
-}
-
-/// A beam that stands upright falls; one that hangs does not.
-#[test]
-fn prop_a_response_says_what_it_wrote_and_that_motion_grows() -> Outcome {
-    let folder = tempfile::tempdir()?;
-    let beam = "thesis-beam --set solver.model=modal --set solver.integrator=esdirk --set pulse=[]";
-    let heavy = "--set gravity.y_m_per_s2=-9.81 --set base.torsion_spring_nm_per_rad=0.0";
-    for (angle_deg, grows) in [(90, true), (270, false)] {
-        let line = format!("response {beam} {heavy} --angle {angle_deg} --csv all.csv --step-csv step.csv --plot drawn");
-        let (code, told, said) = flexcrank(folder.path(), &line)?;
-        assert_eq!(code, Some(0), "{said}");
-        assert_eq!(said.contains("warning: the motion grows by itself as e^(5.42"), grows, "{said}");
-        let replaced = if grows { "" } else { "replaced " };
-        for file in ["all.csv (", "step.csv (1001 rows)"].map(|file| format!("{replaced}{file}")) {
-            assert!(told.lines().any(|line| line.starts_with(&file)), "{file} in {told}");
-        }
-        for file in ["drawn/frequency-response.svg", "drawn/step-response.png"] {
-            assert!(told.lines().any(|line| line == file), "{file} in {told}");
-        }
-    }
-    Ok(())
-}
-
 #[test]
 fn regress_a_mode_that_is_another_kind_only_between_is_told() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -161,52 +124,6 @@ fn regress_a_picture_of_a_sweep_names_the_other_kinds_of_a_branch() -> Outcome {
         assert!(svg.contains(label), "{label} in {svg}");
     }
     assert!(told.contains("most damping"), "{told}");
-    Ok(())
-}
-
-#[test]
-fn regress_a_largest_response_that_is_no_resonance_or_no_small_motion_is_named() -> Outcome {
-    let folder = tempfile::tempdir()?;
-    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
-    let end = |end: &str| format!("largest at the {end} end of the range, which is no resonance");
-    let free = "no stiffness holds the mechanism".to_owned();
-    for (line, says, not) in [
-        (
-            "crank-slider --angle 57".to_owned(),
-            vec![
-                format!("  crank_angle_rad, slider_m: {}\n", end("lower")),
-                format!("  {free}"),
-                "small motion (1 rad)".to_owned(),
-            ],
-            vec![end("upper")],
-        ),
-        (
-            "crank-slider --angle 57 --output rod_deflection_m".to_owned(),
-            vec![],
-            vec![end("lower"), end("upper"), free.clone(), "1 rad".to_owned()],
-        ),
-        // Under a damper, the speed ends at 1/d.
-        (
-            "crank-slider --set base.damper_nm_s_per_rad=0.5 --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
-            vec![],
-            vec![free.clone()],
-        ),
-        (
-            "crank-slider --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
-            vec![format!("  {free}: crank_speed_rad_per_s grows without bound")],
-            vec![],
-        ),
-        (
-            format!("thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3"),
-            vec![format!("  mass_1_m: {}\n", end("upper"))],
-            vec![end("lower"), free.clone()],
-        ),
-    ] {
-        let (code, told, said) = flexcrank(folder.path(), &format!("response {line}"))?;
-        assert_eq!(code, Some(0), "{said}");
-        assert!(says.iter().all(|text| told.contains(text)), "{says:?} in {told}");
-        assert!(!not.iter().any(|text| told.contains(text)), "{not:?} not in {told}");
-    }
     Ok(())
 }
 

@@ -1,0 +1,125 @@
+//! `response`: largest values, tables and remarks.
+
+use std::error::Error;
+
+use crate::{Outcome, flexcrank};
+
+/// Far below its resonances a mass follows a force as its spring does.
+#[test]
+fn val_the_table_of_a_response_begins_at_its_static_value() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
+    let line = format!("response thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3 --csv all.csv --plot drawn");
+    let (code, _, said) = flexcrank(folder.path(), &line)?;
+    assert_eq!(code, Some(0), "{said}");
+    let text = std::fs::read_to_string(folder.path().join("all.csv"))?;
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("frequency_hz,mass_1_m_per_mass_1_force_n,mass_1_m_phase_deg"));
+    let first: Vec<f64> = lines.next().ok_or("no row")?.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    assert!((first[1] * 300.0 - 1.0).abs() < 1e-6 && first[2] == 0.0, "{first:?}");
+    assert_eq!(std::fs::read_dir(folder.path().join("drawn"))?.count(), 4);
+    Ok(())
+}
+
+/// A rigid beam on a spring and a damper: `J θ'' + c θ' + k θ = τ`. The largest response is `1/(2 k ζ √(1 − ζ²))` at `f₀ √(1 − 2 ζ²)`, which
+/// lies between the frequencies of the table: that at f₀ was printed, 0.7 % off.
+#[test]
+fn val_the_largest_response_is_that_of_a_damped_vibration() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let [mass_kg, length_m, stiffness_nm] = [2.0_f64, 0.5, 80.0];
+    let inertia_kg_m2 = mass_kg * length_m * length_m / 3.0;
+    let natural_rad_per_s = (stiffness_nm / inertia_kg_m2).sqrt();
+    for damping in [0.001, 0.05, 0.2, 0.5] {
+        let damper = 2.0 * damping * (stiffness_nm * inertia_kg_m2).sqrt();
+        let scene = format!(
+            "[beam]\nlength_m = {length_m}\nmass_kg = {mass_kg}\nrigid = true\n[base]\ntorsion_spring_nm_per_rad = {stiffness_nm}\n\
+             damper_nm_s_per_rad = {damper}\n[solver]\nmodel = \"rigid\"\n"
+        );
+        std::fs::write(folder.path().join("arm.toml"), scene)?;
+        let (code, told, said) = flexcrank(folder.path(), "response arm.toml --output beam_angle_rad --csv all.csv")?;
+        assert_eq!(code, Some(0), "{said}");
+        let row = told.lines().find(|line| line.trim_start().starts_with("beam_angle_rad")).ok_or("no row")?;
+        let shown: Vec<f64> = row.split_whitespace().skip(1).take(2).map(str::parse).collect::<Result<_, _>>()?;
+        let largest = 0.5 / (stiffness_nm * damping * (1.0 - damping * damping).sqrt());
+        let at_hz = natural_rad_per_s / std::f64::consts::TAU * (1.0 - 2.0 * damping * damping).sqrt();
+        // Six digits are printed.
+        assert!((shown[0] / largest - 1.0).abs() < 1e-5 && (shown[1] / at_hz - 1.0).abs() < 1e-5, "{damping}: {row}");
+        // The table has that frequency, in its order.
+        let text = std::fs::read_to_string(folder.path().join("all.csv"))?;
+        let number = |row: &str, column: usize| row.split(',').nth(column).map_or(Ok(f64::NAN), str::parse::<f64>);
+        let rows =
+            text.lines().skip(1).map(|row| Ok((number(row, 0)?, number(row, 1)?))).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+        assert!(rows.is_sorted_by(|one, other| one.0 < other.0), "{damping}");
+        let most = rows.iter().map(|row| row.1).fold(0.0, f64::max);
+        assert!((most / largest - 1.0).abs() < 1e-12, "{damping}: {most} for {largest}");
+    }
+    Ok(())
+}
+
+/// A beam that stands upright falls; one that hangs does not.
+#[test]
+fn prop_a_response_says_what_it_wrote_and_that_motion_grows() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let beam = "thesis-beam --set solver.model=modal --set solver.integrator=esdirk --set pulse=[]";
+    let heavy = "--set gravity.y_m_per_s2=-9.81 --set base.torsion_spring_nm_per_rad=0.0";
+    for (angle_deg, grows) in [(90, true), (270, false)] {
+        let line = format!("response {beam} {heavy} --angle {angle_deg} --csv all.csv --step-csv step.csv --plot drawn");
+        let (code, told, said) = flexcrank(folder.path(), &line)?;
+        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(said.contains("warning: the motion grows by itself as e^(5.42"), grows, "{said}");
+        let replaced = if grows { "" } else { "replaced " };
+        for file in ["all.csv (", "step.csv (1001 rows)"].map(|file| format!("{replaced}{file}")) {
+            assert!(told.lines().any(|line| line.starts_with(&file)), "{file} in {told}");
+        }
+        for file in ["drawn/frequency-response.svg", "drawn/step-response.png"] {
+            assert!(told.lines().any(|line| line == file), "{file} in {told}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_largest_response_that_is_no_resonance_or_no_small_motion_is_named() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
+    let end = |end: &str| format!("largest at the {end} end of the range, which is no resonance");
+    let free = "no stiffness holds the mechanism".to_owned();
+    for (line, says, not) in [
+        (
+            "crank-slider --angle 57".to_owned(),
+            vec![
+                format!("  crank_angle_rad, slider_m: {}\n", end("lower")),
+                format!("  {free}"),
+                "small motion (1 rad)".to_owned(),
+            ],
+            vec![end("upper")],
+        ),
+        (
+            "crank-slider --angle 57 --output rod_deflection_m".to_owned(),
+            vec![],
+            vec![end("lower"), end("upper"), free.clone(), "1 rad".to_owned()],
+        ),
+        // Under a damper, the speed ends at 1/d.
+        (
+            "crank-slider --set base.damper_nm_s_per_rad=0.5 --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
+            vec![],
+            vec![free.clone()],
+        ),
+        (
+            "crank-slider --output crank_speed_rad_per_s --from 0.01 --until 2".to_owned(),
+            vec![format!("  {free}: crank_speed_rad_per_s grows without bound")],
+            vec![],
+        ),
+        (
+            format!("thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3"),
+            vec![format!("  mass_1_m: {}\n", end("upper"))],
+            vec![end("lower"), free.clone()],
+        ),
+    ] {
+        let (code, told, said) = flexcrank(folder.path(), &format!("response {line}"))?;
+        assert_eq!(code, Some(0), "{said}");
+        assert!(says.iter().all(|text| told.contains(text)), "{says:?} in {told}");
+        assert!(!not.iter().any(|text| told.contains(text)), "{not:?} not in {told}");
+    }
+    Ok(())
+}
