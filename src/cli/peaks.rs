@@ -10,8 +10,8 @@ use crate::small_motion::Mode;
 pub(super) const UNDAMPED: f64 = 1e-8;
 /// Crests of less than this part of the largest value among the frequencies computed cannot be the largest.
 const NEARLY_LARGEST: f64 = 0.9;
-/// A crest is found to this part of the interval about it: its magnitude is then exact but for rounding.
-const EXACT: f64 = 1e-7;
+/// Golden sections that find a crest to 1e-7 of the interval about it: its magnitude is then exact but for rounding.
+const SECTIONS: usize = 34;
 /// Less is rounding.
 const LARGER: f64 = 1e-12;
 
@@ -49,7 +49,10 @@ pub(super) fn largest_between(
     };
     let about = |at: usize| [at.saturating_sub(1), (at + 1).min(last)];
     let is_crest = |at: &usize| {
-        magnitudes[*at] >= NEARLY_LARGEST * largest && about(*at).iter().all(|&beside| magnitudes[*at] >= magnitudes[beside])
+        let size = magnitudes[*at];
+        let beside = about(*at).map(|beside| magnitudes[beside]);
+        // Not of what is the same everywhere.
+        size >= NEARLY_LARGEST * largest && beside.iter().all(|other| size >= *other) && beside.iter().any(|other| size > *other)
     };
     let intervals = (0..=last).filter(is_crest).map(|at| about(at).map(|beside| frequencies_hz[beside]));
     let crests = intervals
@@ -62,13 +65,12 @@ pub(super) fn largest_between(
 }
 
 /// The frequency in an interval with one crest at which it lies, Hz.
-fn crest_hz([from_hz, to_hz]: [f64; 2], size: impl Fn(f64) -> f64) -> f64 {
+fn crest_hz([mut low_hz, mut high_hz]: [f64; 2], size: impl Fn(f64) -> f64) -> f64 {
     let part = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low_hz, mut high_hz) = (from_hz, to_hz);
     let inside = |low_hz: f64, high_hz: f64| [high_hz - part * (high_hz - low_hz), low_hz + part * (high_hz - low_hz)];
     let [mut lower_hz, mut upper_hz] = inside(low_hz, high_hz);
     let [mut lower, mut upper] = [lower_hz, upper_hz].map(&size);
-    while high_hz - low_hz > EXACT * (to_hz - from_hz) {
+    for _ in 0..SECTIONS {
         if lower >= upper {
             (high_hz, upper_hz, upper) = (upper_hz, lower_hz, lower);
             lower_hz = inside(low_hz, high_hz)[0];
@@ -113,7 +115,12 @@ mod tests {
         // Largest at an end, and everywhere alike.
         assert_eq!(largest(&few[12..], &[], &single), None);
         assert_eq!(largest(&few[..8], &[], &single), None);
-        assert_eq!(largest(&few, &[], &|_| 1.0), None);
+        for flat in [1.0, 0.0] {
+            assert_eq!(largest(&few, &[], &|_| flat), None);
+        }
+        // Frequencies that hardly differ: sections between them cannot be shorter than rounding.
+        let close: Vec<f64> = (0..30).map(|k| at_hz * (1.0 + 2e-11 * f64::from(k - 15))).collect();
+        assert!(largest(&close, &[], &single).is_none_or(|found| (found / at_hz - 1.0).abs() < 1e-9));
         // Without damping, no frequency is the largest.
         assert_eq!(largest(&few, &[[hz, 0.0]], &|f| one(f, hz, 0.0)), None);
     }

@@ -264,10 +264,20 @@ impl Chart<'_> {
                     (false, _) => "is not judged",
                     (true, true) if grows => "adds more than 1 % of growth",
                     (true, true) => "is unstable",
+                    (true, false) if found.scheme_is_vague() => "is not judged",
                     (true, false) => "adds less than 1 % of growth",
                 };
+                let error = match found.scheme_is_vague() {
+                    true => format!(", known to ± {:.0e}, as where forces have corners", scheme.largest.error),
+                    false => String::new(),
+                };
                 let step = figure(1e3 * scheme.cycle.step_s());
-                writeln!(out, "  {} at {step} ms {verdict}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
+                writeln!(
+                    out,
+                    "  {} at {step} ms {verdict}: |ρ| up to {:.6}{error}",
+                    self.integrator,
+                    scheme.largest.value.norm()
+                )?;
             }
             Some(Err(refusal)) => writeln!(out, "  {} finds no periodic motion at its step: {refusal}", self.integrator)?,
             None => {}

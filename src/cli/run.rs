@@ -18,7 +18,7 @@ use super::run_args::{Args, BEST};
 use super::run_conclusion::{conclude, step_remedy};
 use super::run_levels::{check_levels, check_spare};
 use super::service_names::{ServiceNames, on_the_bus};
-use super::short_load::{ShortLoad, watched_loads_rad};
+use super::short_load::ShortLoad;
 use super::signals::{Interruption, interrupted};
 use super::status_line::StatusLine;
 use super::supervise::supervise;
@@ -66,7 +66,6 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     let (fixed, starts) = starts(&args)?;
     tell_endless(&args);
     let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
-    let loads: Vec<Vec<[f64; 2]>> = starts.iter().map(|start| watched_loads_rad(&start.scene)).collect();
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
     let status_line = StatusLine::new(starts.len(), args.until);
     let was_interrupted = Cell::new(false);
@@ -93,7 +92,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         served
     })?;
     status_line.clear();
-    let done = conclude(&reports, (&status_line.warnings(), &loads), remedy, args.fixed_cost);
+    let done = conclude(&reports, &status_line.warnings(), remedy, args.fixed_cost);
     let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
     let early = args.until.is_some() && was_interrupted.get() && unfinished;
     if early {

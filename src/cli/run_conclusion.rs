@@ -33,14 +33,9 @@ pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clon
 }
 
 /// Prints how each service ended and what it recorded; for several, only what is out of the ordinary. `warned` is the warning of each
-/// that was printed before; `loads` are the loads of each that its crank may pass too fast. `remedy` is printed after a run that diverged or is not to be trusted. `is_rated` says whether
+/// that was printed before. `remedy` is printed after a run that diverged or is not to be trusted. `is_rated` says whether
 /// `--fixed-cost` chose the corrections of steps.
-pub(super) fn conclude(
-    reports: &[LiveReport],
-    (warned, loads): (&[String], &[Vec<[f64; 2]>]),
-    remedy: Option<&str>,
-    is_rated: bool,
-) -> ExitStatus {
+pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option<&str>, is_rated: bool) -> ExitStatus {
     let many = reports.len() > 1;
     let done = reports.iter().zip(warned).map(|(report, warned)| conclude_one(report, (many, is_rated), warned));
     let done = done.max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
@@ -51,12 +46,6 @@ pub(super) fn conclude(
             if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
         say!("{} runs ended{recorded}", reports.len());
         warn_of_losses(reports);
-    }
-    for (report, loads_rad) in reports.iter().zip(loads) {
-        if let Some(warning) = warning_of_run(loads_rad, &report.crank_steps) {
-            let whose = if many { format!("{}: ", report.name) } else { String::new() };
-            say!("warning: {whose}{warning}");
-        }
     }
     if reports.iter().any(|report| report.worst_out_of_range > 0.0) {
         say!("{BENDS_FURTHER}");
@@ -141,6 +130,9 @@ fn conclude_one(report: &LiveReport, (many, is_rated): (bool, bool), warned: &st
     if lossy && !many {
         say_reason!("warning: {} {LOST}", counted(report.dropped, "sample"));
     }
+    if let Some(passed) = report.passed_load {
+        say!("warning: {whose}{}", warning_of_run(passed));
+    }
     if report.unconverged > 0 {
         say!("warning: {whose}{}", unconverged(report.unconverged, is_rated));
     }
@@ -184,7 +176,6 @@ fn report_recording(recording: &Result<Written, RecordingError>, whose: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::CrankSteps;
 
     #[test]
     fn regress_a_stop_by_a_signal_is_no_command_of_a_client() -> Result<(), Box<dyn std::error::Error>> {
@@ -204,7 +195,7 @@ mod tests {
                 verdict: EnergyVerdict::Balanced,
                 unconverged: 0,
                 worst_out_of_range: 0.0,
-                crank_steps: CrankSteps::default(),
+                passed_load: None,
                 dropped: 0,
                 commands_accepted: accepted,
                 encoded: 0,

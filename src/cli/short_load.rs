@@ -4,13 +4,10 @@ use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
 use super::suggested_step::speed_rad_per_s;
-use crate::mechanics::loads_rad;
-use crate::runtime::CrankSteps;
+use crate::mechanics::{FEW_STEPS, loads_rad, passes};
 use crate::scene::{Drive, End, Level, Motion, Resistance, Scene, SceneSource};
-use crate::simulation::Loads;
+use crate::simulation::{Loads, PassedLoad};
 
-/// With fewer steps, the peak of a triangle may come out an eighth too small.
-const FEW_STEPS: f64 = 4.0;
 /// With so many, a twentieth.
 const ENOUGH_STEPS: f64 = 10.0;
 /// Looks at a prescribed motion between two rows of its table.
@@ -25,14 +22,6 @@ pub(super) struct Way {
     pub(super) rad_per_s: f64,
 }
 
-impl Way {
-    /// Whether it passes a range of angles, in any turn.
-    fn passes(&self, [from_rad, to_rad]: [f64; 2]) -> bool {
-        let (low, high) = (self.from_rad.min(self.to_rad), self.from_rad.max(self.to_rad));
-        ((low - to_rad) / TAU).ceil() <= ((high - from_rad) / TAU).floor()
-    }
-}
-
 /// The load of a scene's resistance table that the crank passes in the shortest time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ShortLoad {
@@ -44,7 +33,7 @@ impl ShortLoad {
     /// The load that a crank passes on these ways; `None` without a table, or if the crank passes no load.
     pub(super) fn on(scene: &Scene, ways: &[Way]) -> Option<Self> {
         let load = |range: [f64; 2]| {
-            let rates = ways.iter().filter(|way| way.passes(range)).map(|way| way.rad_per_s.abs());
+            let rates = ways.iter().filter(|way| passes([way.from_rad, way.to_rad], range)).map(|way| way.rad_per_s.abs());
             ShortLoad { width_rad: range[1] - range[0], rad_per_s: rates.fold(0.0, f64::max) }
         };
         let passed = loads_rad(resistance(scene)?).into_iter().map(load).filter(|load| load.rad_per_s > 0.0);
@@ -140,28 +129,16 @@ impl ShortLoad {
     }
 }
 
-/// The loads of the resistance that a torque drives the crank of a scene through, rad: their speeds show in the run. None if its start
-/// is warned of.
-pub(super) fn watched_loads_rad(source: &SceneSource) -> Vec<[f64; 2]> {
-    let is_driven = matches!(source.scene.drive, Drive::Torque { .. });
-    let watched = resistance(&source.scene).filter(|_| is_driven && ShortLoad::warning_of(source).is_none());
-    watched.map_or(Vec::new(), loads_rad)
-}
-
-/// The warning of a run whose crank passed one of these loads in too few steps.
-pub(super) fn warning_of_run(loads_rad: &[[f64; 2]], run: &CrankSteps) -> Option<String> {
-    let passed = loads_rad.iter().map(|[from_rad, to_rad]| (to_rad - from_rad, run.longest_in([*from_rad, *to_rad])));
-    let in_steps = passed.map(|(width_rad, turning)| (width_rad / turning.step_rad, width_rad, turning.rad_per_s));
-    let (steps, width_rad, rad_per_s) = in_steps.min_by(|one, other| one.0.total_cmp(&other.0))?;
-    (steps < FEW_STEPS).then(|| {
-        format!(
-            "the crank passed a load of slider.resistance_table, {} rad wide at half its height, in {steps:.2} steps at {} rad/s: peaks of \
-             forces and torques came out too small, or were missed; steps of {} s show them",
-            figure(width_rad),
-            figure(rad_per_s),
-            figure(ShortLoad { width_rad, rad_per_s }.longest_step_s().0)
-        )
-    })
+/// The warning of a run whose crank passed a load in few steps.
+pub(super) fn warning_of_run(PassedLoad { width_rad, steps, rad_per_s }: PassedLoad) -> String {
+    format!(
+        "the crank passed a load of slider.resistance_table, {} rad wide at half its height, in {} steps at {} rad/s: peaks of forces \
+         and torques came out too small, or were missed; steps of {} s show them",
+        figure(width_rad),
+        figure(steps),
+        figure(rad_per_s),
+        figure(ShortLoad { width_rad, rad_per_s }.longest_step_s().0)
+    )
 }
 
 /// The resistance of a scene with a slider.

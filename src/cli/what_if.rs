@@ -18,7 +18,7 @@ use super::run_conclusion::{BENDS_FURTHER, step_remedy};
 use super::suspect_numbers::newly_suspect;
 use super::values::{GivenDuration, pulse_duration, time, torque};
 use crate::decimal_comma::decimal_comma_hint;
-use crate::recording::{Written, paths};
+use crate::recording::{Overview, Written, paths};
 use crate::resimulation::{
     AddedPulse, Change, Deviation, LargestDifference, RecordedSession, SampleTimes, UnlikeMeshes, WhatIfOutcome,
     what_if as compute,
@@ -109,7 +109,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     let outcome = outcome?;
     newly_suspect(&source.scene.scene, &outcome.scene.scene).iter().for_each(|warning| say!("warning: {warning}"));
     cut_short(&change.pulses, &outcome).iter().for_each(|warning| say!("warning: {warning}"));
-    report(&source.scene.scene, &outcome)
+    report(&source.path, &source.scene.scene, &outcome)
 }
 
 /// A warning of the first added pulse that lasts beyond the end of the recording.
@@ -122,7 +122,18 @@ fn cut_short(pulses: &[AddedPulse], WhatIfOutcome { from_s, deviation, diverged,
     Some(format!("the pulse added at t = {start_s} s lasts until t = {pulse_end_s} s, and the recording ends at t = {end_s} s"))
 }
 
-fn report(recorded: &Scene, outcome: &WhatIfOutcome) -> CommandResult {
+/// What was done of a recording that ends early: the chunk in which it ends is not computed from.
+fn of_cut_off(file: &Path, until_s: f64) -> String {
+    match Overview::read(file).map_or(0, |overview| overview.unchecked) {
+        0 => "everything before was re-simulated".to_owned(),
+        left => format!(
+            "its whole chunks, up to t = {until_s} s, were re-simulated: `flexcrank recover` saves {} more, of the chunk that was cut off",
+            counted(left, "message")
+        ),
+    }
+}
+
+fn report(file: &Path, recorded: &Scene, outcome: &WhatIfOutcome) -> CommandResult {
     let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, samples, written, source, .. } = outcome;
     let mut out = output();
     writeln!(out, "re-simulated and recorded from t = {} s", shown_s(*from_s))?;
@@ -148,7 +159,7 @@ fn report(recorded: &Scene, outcome: &WhatIfOutcome) -> CommandResult {
         say_reason!("warning: the recording is damaged in {places}, and the result lacks what is lost there: {first}");
     }
     if source.cut_off.is_some() {
-        say_reason!("warning: the recording ends early (still being recorded, or cut off); everything before was re-simulated");
+        say_reason!("warning: the recording ends early (still being recorded, or cut off); {}", of_cut_off(file, until_s));
     }
     beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
     if let Some(diverged) = diverged {

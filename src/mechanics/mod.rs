@@ -31,5 +31,5 @@ pub use oscillator::Oscillator;
 pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
 #[cfg(feature = "service")]
-pub(crate) use short_loads::loads_rad;
+pub(crate) use short_loads::{FEW_STEPS, loads_rad, passes};
 pub use transfer::{CannotTransfer, Present, Transfer};

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::scene::Resistance;
 
+/// With fewer steps in a load, the peak of a triangle may come out an eighth too small.
+pub(crate) const FEW_STEPS: f64 = 4.0;
 /// Smaller peaks, as parts of the span of all forces, are ripple.
 const RIPPLE: f64 = 0.05;
 
@@ -13,6 +15,12 @@ pub(crate) fn loads_rad(resistance: &Resistance) -> Vec<[f64; 2]> {
     let Resistance::Table(rows) = resistance else { return Vec::new() };
     let upside_down: Vec<[f64; 2]> = rows.iter().map(|row| [row[0], -row[1]]).collect();
     [peaks_rad(rows), peaks_rad(&upside_down)].concat()
+}
+
+/// Whether a way from one angle to another, rad, passes a load, in any turn.
+pub(crate) fn passes(way_rad: [f64; 2], [from_rad, to_rad]: [f64; 2]) -> bool {
+    let (low, high) = (way_rad[0].min(way_rad[1]), way_rad[0].max(way_rad[1]));
+    ((low - to_rad) / TAU).ceil() <= ((high - from_rad) / TAU).floor()
 }
 
 fn peaks_rad(rows: &[[f64; 2]]) -> Vec<[f64; 2]> {

@@ -3,7 +3,6 @@
 mod advance;
 mod changes;
 mod commands;
-mod crank_steps;
 mod deadlines;
 mod ending;
 mod parts;
@@ -25,7 +24,6 @@ use super::slowdown::Slowdown;
 use super::status::RunPhase;
 use crate::simulation::{Diverged, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
 pub(crate) use changes::GOVERNED;
-pub use crank_steps::CrankSteps;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
@@ -270,7 +268,7 @@ impl Stepper {
             verdict: self.simulation.session_verdict(),
             unconverged: self.simulation.unconverged(),
             worst_out_of_range: self.statistics.worst_out_of_range,
-            crank_steps: std::mem::take(&mut self.statistics.crank_steps),
+            passed_load: self.simulation.passed_load(),
         }
     }
 
@@ -358,7 +356,8 @@ impl Stepper {
         // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         self.simulation.sample(sample, stamp)?;
-        self.statistics.add(&sample.observation, stamp.epoch, self.simulation.step_s());
+        self.statistics.worst_out_of_range =
+            self.statistics.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }

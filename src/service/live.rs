@@ -23,11 +23,11 @@ use crate::bus::{self, About, BusError, LogTime, Name, ServiceEndpoint, Session,
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{
-    Action, Command, CrankSteps, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Reply, Request, RunSummary,
-    SceneInForce, ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
+    Action, Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Reply, Request, RunSummary, SceneInForce,
+    ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::{SceneAtLevel, SceneSource};
-use crate::simulation::{EnergyVerdict, PublishRates, Sample, Simulation};
+use crate::simulation::{EnergyVerdict, PassedLoad, PublishRates, Sample, Simulation};
 use crate::wire::Angles;
 
 /// Samples in flight from one simulation, if few run.
@@ -103,8 +103,8 @@ pub struct LiveReport {
     pub unconverged: u64,
     /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
-    /// The longest steps of the crank in each part of a turn.
-    pub crank_steps: CrankSteps,
+    /// The load that a crank under a torque passed in the fewest steps, if in few.
+    pub passed_load: Option<PassedLoad>,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
     /// Commands accepted from the bus.
@@ -197,7 +197,7 @@ struct RunningSimulation {
 
 impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let RunSummary { ending, dropped: lost, verdict, unconverged, worst_out_of_range, crank_steps } =
+        let RunSummary { ending, dropped: lost, verdict, unconverged, worst_out_of_range, passed_load } =
             self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
@@ -209,7 +209,7 @@ impl RunningSimulation {
             verdict,
             unconverged,
             worst_out_of_range,
-            crank_steps,
+            passed_load,
             angles,
             recordings,
             dropped,

@@ -202,6 +202,7 @@ impl Simulation {
             .map(|_| self.error.unwrap_or_default().without_last_step());
         next.observe().map_err(|diverged| diverged.cause)?;
         (next.last, next.changed) = (self.last, true);
+        next.passed.go_on_from(&self.passed);
         (next.retried, next.unconverged, next.distrusted) = (self.retried, self.unconverged, self.distrusted);
         let changed_j = next.ledger().changed_j - self.ledger().changed_j;
         std::mem::swap(self, next);

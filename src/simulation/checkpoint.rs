@@ -82,6 +82,7 @@ impl Simulation {
             return false;
         }
         (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
+        self.passed.restart();
         self.load.replace_pulses(&checkpoint.pulses);
         self.load.setpoint = checkpoint.setpoint;
         self.load.delivered = checkpoint.delivered;

@@ -35,6 +35,11 @@ impl Loads {
         edges.into_iter().flatten().min_by(f64::total_cmp)
     }
 
+    /// Largest rate of a prescribed motion, rad/s; 0 under a torque.
+    pub fn largest_rate_rad_per_s(&self) -> f64 {
+        self.law.largest_rate_rad_per_s()
+    }
+
     /// Torque and prescribed motion at an instant of the step.
     pub fn input(&self, t_s: f64) -> Input {
         self.law.input(t_s)

@@ -125,8 +125,11 @@ impl Subject {
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
-        let by_scheme = scheme
+        let mut by_scheme = scheme
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
+        if let Some(Ok(own)) = by_scheme.as_mut().filter(|_| !self.is_held()) {
+            err_as_the_shift(&mut own.multipliers);
+        }
         let (modes, fading) = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
         let small = found.multipliers.iter().filter(|multiplier| multiplier.is_gone()).count();
@@ -239,11 +242,23 @@ impl PeriodicModes {
     }
 
     /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
-    /// turns freely has a double multiplier of 1, which any error of the scheme splits in two.
+    /// turns freely has a double multiplier of 1, which any error of the scheme splits in two. Nor does growth within the error of the
+    /// scheme's multipliers, as where steps cut the corners of a resistance table: from turn to turn they fall elsewhere, and such growth
+    /// ends within a step's way.
     pub fn scheme_adds_growth(&self) -> bool {
-        let scheme = self.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
+        self.is_known() && self.growth_by_scheme().is_some_and(|[growth, error]| growth > error)
+    }
+
+    /// Whether the scheme lets a mode grow by that much within the error of its multipliers, so that it is not judged.
+    pub fn scheme_is_vague(&self) -> bool {
+        self.is_known() && self.growth_by_scheme().is_some_and(|[growth, error]| (0.0..=error).contains(&growth))
+    }
+
+    /// What the scheme's largest multiplier exceeds the limit by, and its error; `None` where it found no motion.
+    fn growth_by_scheme(&self) -> Option<[f64; 2]> {
+        let Multiplier { value, error } = self.scheme.as_ref()?.as_ref().ok()?.largest;
         let most = (1.0 + ADDED) * self.largest().max(1.0);
-        self.is_known() && scheme.is_some_and(|scheme| scheme.largest.value.norm() > most)
+        Some([value.norm() - most, error])
     }
 
     /// The largest magnitude of a multiplier that is resolved; 0 where nothing moves.

@@ -1,6 +1,7 @@
 //! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
 use crate::csv_faults::{broken_row, line_at, other_separator};
+use crate::decimal_comma::decimal_comma_hint;
 use crate::text_file;
 use crate::whole_file::WholeFile;
 use std::io;
@@ -35,6 +36,13 @@ fn not_names(row: &csv::StringRecord) -> Option<&'static str> {
     let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
     let no_header = "the first line has numbers: a header with the columns' names is needed";
     other_separator(row).or((!row.is_empty() && row.iter().all(is_number)).then_some(no_header))
+}
+
+/// A hint at the decimal point if all numbers of a column have a comma in its place, as spreadsheets quote them.
+fn decimal_commas(cells: &[String]) -> Option<String> {
+    let hint = cells.iter().filter(|cell| cell.contains(',')).find_map(|cell| decimal_comma_hint(cell))?;
+    let is_number = |cell: &String| cell.is_empty() || cell.parse::<f64>().is_ok() || decimal_comma_hint(cell).is_some();
+    cells.iter().all(is_number).then_some(hint)
 }
 
 impl Table {
@@ -139,6 +147,9 @@ impl Table {
             |cells: &[String]| cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(|cell| cell.parse::<f64>().is_err());
         let mut table = Table::default();
         for (name, cells) in cells {
+            if let Some(hint) = decimal_commas(&cells) {
+                return Err(refuse(format!("column `{name}`: {hint}")));
+            }
             if is_words(&cells) {
                 table.push_words(name, cells);
             } else {

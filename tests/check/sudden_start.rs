@@ -2,6 +2,17 @@
 
 use crate::{Tried, checked};
 
+/// Key and rows of a cycloid, 5 ms apart.
+fn cycloid(over_s: f64, to_rad: f64) -> String {
+    let count = (over_s / 0.005).round() as u32;
+    let row = |k: u32| {
+        let part = f64::from(k) / f64::from(count);
+        let angle_rad = to_rad * (part - (std::f64::consts::TAU * part).sin() / std::f64::consts::TAU);
+        format!("[{}, {angle_rad:.9}]", over_s * part)
+    };
+    format!("table=[{}]", (0..=count).map(row).collect::<Vec<_>>().join(", "))
+}
+
 /// Links carry no load of their inertia at a start at speed; peaks followed from their ringing, and no command said so.
 #[test]
 fn regress_a_start_at_speed_is_warned_of_where_links_bend() -> Tried {
@@ -16,6 +27,8 @@ fn regress_a_start_at_speed_is_warned_of_where_links_bend() -> Tried {
         (driven("ramp={to_rad_per_s=20,over_s=0.1}"), None),
         (driven("table=[[0,0],[0.03,0],[0.07,0.6],[0.1,2]]"), None),
         (rigid, None),
+        // A cycloid of 0.1 s over 3 rad, whose spline begins at 6e-5 of its largest rate.
+        (driven(&cycloid(0.1, 3.0)), None),
     ] {
         let (_, said) = checked("crank-slider", &keys, &["--until", "0.1"])?;
         let told = said.split_once(began).map(|(_, way_on)| way_on);

@@ -51,7 +51,7 @@ fn regress_a_what_if_of_a_broken_recording_says_so() -> Outcome {
     bytes[middle..middle + 3].fill(0xff);
     std::fs::write(at.join("damaged.mcap"), &bytes)?;
     for (file, why) in [
-        ("cut.mcap", "warning: the recording ends early (still being recorded, or cut off); everything before was re-simulated"),
+        ("cut.mcap", "warning: the recording ends early (still being recorded, or cut off); its whole chunks, up to t = "),
         ("damaged.mcap", "warning: the recording is damaged in 1 place, and the result lacks what is lost there: byte "),
     ] {
         let words = ["what-if", file, "--set", "rod.density_kg_per_m3=2700", "--record", &format!("other-{file}")];

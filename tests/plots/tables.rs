@@ -122,6 +122,7 @@ fn regress_tables_with_other_separators_or_without_names_are_refused_in_words() 
             "t,x\n0,1\n\n1,0,5\n",
             "line 4: 3 values in a table of 2 columns; if a number was meant, it has a decimal point, not a comma",
         ),
+        ("t_s,p_bar,q\n0,\"1,5\",3\n0.1,\"3,5\",4\n", "column `p_bar`: a number has a decimal point, not a comma: 1.5"),
         ("0,1\n0.5,2\n", "the first line has numbers: a header with the columns' names is needed"),
     ] {
         std::fs::write(folder.path().join("other.csv"), text).unwrap();

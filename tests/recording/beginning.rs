@@ -24,6 +24,10 @@ fn regress_what_is_lost_with_the_beginning_is_said() -> Outcome {
     std::fs::write(at.join("headless.mcap"), &bytes[101..])?;
     std::fs::write(at.join("torso.mcap"), &bytes[101..bytes.len() - 1])?;
     std::fs::write(at.join("cut.mcap"), &bytes[..bytes.len() / 2])?;
+    // From a record's beginning on, no byte is left over that belongs to none.
+    let summary = mcap::Summary::read(&bytes)?.ok_or("no summary")?;
+    let first_chunk = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset as usize).min().ok_or("no chunk")?;
+    std::fs::write(at.join("chunks.mcap"), [&mcap::MAGIC[..], &bytes[first_chunk..]].concat())?;
     std::fs::write(at.join("noise.mcap"), "noise without an end")?;
     let beginning = "not an MCAP file, but it ends like one: its beginning is lost, and `flexcrank recover` saves what follows";
     for command in ["verify", "info", "plot"] {
@@ -35,9 +39,12 @@ fn regress_what_is_lost_with_the_beginning_is_said() -> Outcome {
         assert!(said.trim_end().ends_with("not an MCAP file"), "{broken}: {said}");
     }
     let lost = "lost: metadata and scene, so that the new file can be plotted, exported and replayed, but not verified, ";
-    for (broken, whole, says) in
-        [("headless.mcap", "whole.mcap", true), ("torso.mcap", "torso-whole.mcap", true), ("cut.mcap", "cut-whole.mcap", false)]
-    {
+    for (broken, whole, says) in [
+        ("headless.mcap", "whole.mcap", true),
+        ("chunks.mcap", "chunks-whole.mcap", true),
+        ("torso.mcap", "torso-whole.mcap", true),
+        ("cut.mcap", "cut-whole.mcap", false),
+    ] {
         let (code, said) = flexcrank(at, &["recover", broken, "-o", whole])?;
         assert_eq!((code, said.contains(lost)), (Some(3), says), "{broken}: {said}");
         let (_, said) = flexcrank(at, &["info", whole])?;

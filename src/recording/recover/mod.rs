@@ -44,14 +44,18 @@ pub struct Loss {
     /// Recorded time without messages around the losses, s. Time before the first or after the last message counts only if the
     /// statistics of the file cover it.
     pub seconds: f64,
-    /// Whether the damage took the metadata or the scene of a service's recording.
+    /// Whether the metadata or the scene of a service's recording is not there.
     pub anonymous: bool,
 }
 
 impl Loss {
     /// Whether nothing is lost.
     pub fn is_none(&self) -> bool {
-        self.places == 0 && !self.cut_off && self.orphans == 0 && self.messages.values().all(|count| *count == 0)
+        self.places == 0
+            && !self.cut_off
+            && !self.anonymous
+            && self.orphans == 0
+            && self.messages.values().all(|count| *count == 0)
     }
 }
 
@@ -145,7 +149,7 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
         first.saturating_sub(statistics.message_start_time) + statistics.message_end_time.saturating_sub(last)
     });
     loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
-    loss.anonymous = !loss.is_none() && salvage.is_anonymous();
+    loss.anonymous = salvage.is_anonymous();
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());
     salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?.finish_new().map_err(RecordingError::new_file(output))?;

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use super::crank_steps::CrankSteps;
-use crate::simulation::{Diverged, EnergyVerdict};
+use crate::simulation::{Diverged, EnergyVerdict, PassedLoad};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +35,6 @@ pub struct RunSummary {
     pub unconverged: u64,
     /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
-    /// The longest steps of the crank in each part of a turn.
-    pub crank_steps: CrankSteps,
+    /// The load that a crank under a torque passed in the fewest steps, if in few.
+    pub passed_load: Option<PassedLoad>,
 }

@@ -5,9 +5,7 @@ use std::time::Duration;
 
 use super::Ending;
 use super::advance::Advance;
-use super::crank_steps::CrankSteps;
 use super::spare::Spare;
-use crate::mechanics::Observation;
 use crate::runtime::command::Command;
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::governor::Governor;
@@ -69,8 +67,6 @@ pub(super) struct Statistics {
     pub step_errors: StepErrorHistogram,
     /// Largest published slope of a link from its chord that exceeded the model's range, rad; 0 if none did.
     pub worst_out_of_range: f64,
-    /// The longest published steps of the first link.
-    pub crank_steps: CrankSteps,
 }
 
 impl Statistics {
@@ -80,16 +76,7 @@ impl Statistics {
             step_cost: DurationHistogram::new()?,
             step_errors: StepErrorHistogram::new()?,
             worst_out_of_range: 0.0,
-            crank_steps: CrankSteps::default(),
         })
-    }
-
-    /// Adds a published observation of an epoch, reached with a step, s.
-    pub(super) fn add(&mut self, seen: &Observation, epoch: u64, step_s: f64) {
-        self.worst_out_of_range = self.worst_out_of_range.max(seen.out_of_range.unwrap_or(0.0));
-        if let Some(crank) = seen.links.first() {
-            self.crank_steps.add(epoch, [crank.chord_rad, crank.rate_rad_per_s], step_s);
-        }
     }
 }
 
