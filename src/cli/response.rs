@@ -47,8 +47,8 @@ const SMALL_RAD: f64 = 1.0;
 const GROWS: f64 = 1e-6;
 /// Modes that decide which frequencies are of interest.
 const MODES: usize = 10;
-/// Most modes whose peaks are looked at.
-const MOST_MODES: usize = 160;
+/// Most modes whose peaks are looked at: of a mesh, more take many seconds.
+const MOST_MODES: usize = 20;
 /// Without modes, Hz and s.
 const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
 
@@ -103,13 +103,17 @@ pub(super) fn response(args: &Args) -> CommandResult {
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
     let range_hz = args.range_hz(&natural_hz(&found))?;
-    let natural = natural_below(range_hz[1], &linear, &found);
+    let (natural, beyond_hz) = natural_below(range_hz[1], &linear, &found);
     let responses = args.respond(&linear, &found, (range_hz, &natural))?;
     linear.warn_of_rounding(&found, "the step response");
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats());
-    let remarks =
-        found.iter().filter_map(|mode| rounded(&mode.into())).chain(unmet(&natural, &responses.over_frequency.frequencies_hz));
+    let beyond = beyond_hz.map(|hz| {
+        let most_hz = figure(hz);
+        format!("  above {most_hz} Hz, peaks that are narrow beside the {FREQUENCIES} frequencies of the range may be missed")
+    });
+    let remarks = found.iter().filter_map(|mode| rounded(&mode.into()));
+    let remarks = remarks.chain(unmet(&natural, &responses.over_frequency.frequencies_hz)).chain(beyond);
     let shown = shown.and_then(|()| remarks.into_iter().try_for_each(|remark| Ok(writeln!(output(), "{remark}")?)));
     // All that can be written is, though an earlier part of it, or printing, fails.
     shown
@@ -192,16 +196,21 @@ impl Args {
     }
 }
 
-/// Natural frequencies and damping ratios of the modes found, and of further ones up to a frequency, Hz, as far as they are found.
-fn natural_below(high_hz: f64, linear: &Linear, found: &[Mode]) -> Vec<[f64; 2]> {
-    let mut natural = natural_hz(found);
-    let (mut count, mut all_found) = (MODES, found.len());
-    while all_found == count && count < MOST_MODES && natural.last().is_none_or(|[hz, _]| *hz < high_hz) {
-        count *= 2;
-        let Ok(further) = modes(&linear.chosen.subject, &linear.point, count) else { break };
-        (natural, all_found) = (natural_hz(&further), further.len());
+/// Natural frequencies and damping ratios of the modes found, and of further ones if the range, up to a frequency, Hz, has more. And the
+/// highest of them, Hz, if the range may have modes beyond that are not looked at.
+fn natural_below(high_hz: f64, linear: &Linear, found: &[Mode]) -> (Vec<[f64; 2]>, Option<f64>) {
+    let below = |natural: &[[f64; 2]]| natural.last().map(|[hz, _]| *hz).filter(|hz| *hz < high_hz);
+    let natural = natural_hz(found);
+    if found.len() < MODES || below(&natural).is_none() {
+        return (natural, None);
     }
-    natural
+    let Ok(further) = modes(&linear.chosen.subject, &linear.point, MOST_MODES) else {
+        let beyond_hz = below(&natural);
+        return (natural, beyond_hz);
+    };
+    let natural = natural_hz(&further);
+    let beyond_hz = below(&natural).filter(|_| further.len() == MOST_MODES);
+    (natural, beyond_hz)
 }
 
 /// Frequencies at equal ratios, and close ones about each natural frequency.
