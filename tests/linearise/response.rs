@@ -56,6 +56,25 @@ fn val_the_largest_response_is_that_of_a_damped_vibration() -> Outcome {
     Ok(())
 }
 
+/// A clamped beam's sixth bending, its twelfth mode, of less than a millionth of the critical damping: its peak goes by the inverse of the
+/// damping. Only the modes that give the range were looked at, and the largest was that of the grid.
+#[test]
+fn val_a_narrow_peak_of_a_higher_mode_is_found() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let line = "response ref-r5 --crank held --set beam.elements=20 --output tip_y_m --from 2.5e4 --to 4e4";
+    for (damping_s, largest) in [(1e-11, 1.35540e-6), (1e-10, 1.35540e-7)] {
+        let (code, told, said) = flexcrank(folder.path(), &format!("{line} --set beam.damping_s={damping_s:e}"))?;
+        assert_eq!(code, Some(0), "{said}");
+        let row = told.lines().find(|line| line.trim_start().starts_with("tip_y_m")).ok_or("no row")?;
+        let shown: Vec<f64> = row.split_whitespace().skip(1).take(2).map(str::parse).collect::<Result<_, _>>()?;
+        assert!((shown[0] / largest - 1.0).abs() < 1e-4 && (shown[1] / 31388.0 - 1.0).abs() < 1e-5, "{damping_s}: {row}");
+        assert!(!told.contains("may be missed"), "{told}");
+    }
+    let (_, told, _) = flexcrank(folder.path(), &line.replace("--to 4e4", "--to 1e5"))?;
+    assert!(told.contains("peaks that are narrow beside the 600 frequencies of the range may be missed"), "{told}");
+    Ok(())
+}
+
 /// A beam that stands upright falls; one that hangs does not.
 #[test]
 fn prop_a_response_says_what_it_wrote_and_that_motion_grows() -> Outcome {
