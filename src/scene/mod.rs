@@ -100,7 +100,10 @@ pub(crate) fn is_key_of_a_scene(name: &str) -> bool {
 
 /// The refusal of a name that no scene has.
 fn absent(name: &str) -> SceneError {
-    match did_you_mean_file(Path::new(name)) {
+    let as_toml = Path::new(name).with_extension("toml");
+    let near =
+        if as_toml.is_file() { format!("; did you mean `{}`?", as_toml.display()) } else { did_you_mean_file(Path::new(name)) };
+    match near {
         none if none.is_empty() => builtin::unknown(name, ", nor a file"),
         near => SceneError::whole(name, format!("not a built-in scene, nor a file{near}")),
     }

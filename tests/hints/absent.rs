@@ -13,6 +13,8 @@ fn regress_a_file_with_a_name_that_is_nearly_there_is_suggested() -> Result<(), 
     }
     for (words, said) in [
         (["check", "shakr.toml"], "error: shakr.toml: not a built-in scene, nor a file; did you mean `shaker.toml`?\n"),
+        (["check", "shaker.tom"], "error: shaker.tom: not a built-in scene, nor a file; did you mean `shaker.toml`?\n"),
+        (["check", "shaker"], "error: shaker: not a built-in scene, nor a file; did you mean `shaker.toml`?\n"),
         (["info", "taek.mcap"], "error: taek.mcap: No such file or directory (os error 2); did you mean `take.mcap`?\n"),
     ] {
         let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(folder.path()).output()?;
