@@ -268,7 +268,7 @@ impl Chart<'_> {
                     (true, false) => "adds less than 1 % of growth",
                 };
                 let error = match found.scheme_is_vague() {
-                    true => format!(", known to ± {:.0e}, as where forces have corners", scheme.largest.error),
+                    true => format!(" of the crank's own motion, ± {:.0e}; shorter steps tell", scheme.own.error),
                     false => String::new(),
                 };
                 let step = figure(1e3 * scheme.cycle.step_s());
@@ -320,11 +320,15 @@ impl Chart<'_> {
                 "  no multiplier of {motions}, {speeds} rad/s, is known: their modes are too fast for the steps, or the steps too few"
             )?;
         }
-        let differs = self.motions().filter(|(_, _, found)| found.scheme_adds_growth() && found.unstable().next().is_none());
-        let differs: Vec<f64> = differs.map(|(_, speed, _)| speed).collect();
-        if let (Some(first), Some(last)) = (differs.first(), differs.last()) {
-            let (count, first, last) = (differs.len(), figure(*first), figure(*last));
-            writeln!(out, "  {} alone is unstable at {count} of the speeds, from {first} to {last} rad/s", self.integrator)?;
+        let alone = |found: &PeriodicModes| found.scheme_adds_growth() && found.unstable().next().is_none();
+        for (is_so, verdict) in
+            [(&alone as &dyn Fn(&PeriodicModes) -> bool, "alone is unstable"), (&PeriodicModes::scheme_is_vague, "is not judged")]
+        {
+            let speeds: Vec<f64> = self.motions().filter(|(_, _, found)| is_so(found)).map(|(_, speed, _)| speed).collect();
+            if let (Some(first), Some(last)) = (speeds.first(), speeds.last()) {
+                let (count, first, last) = (speeds.len(), figure(*first), figure(*last));
+                writeln!(out, "  {} {verdict} at {count} of the speeds, from {first} to {last} rad/s", self.integrator)?;
+            }
         }
         Ok(())
     }

@@ -313,6 +313,9 @@ fn csv_table(path: &Path) -> CommandResult<Table> {
         )),
         false => refused.into(),
     })?;
+    for (name, hint) in table.with_decimal_commas() {
+        say!("warning: {}: column `{}` is taken for words: {hint}", path.display(), shown_name(name));
+    }
     match repeated_name(&table) {
         Some(name) => {
             let (file, name) = (path.display(), shown_name(name));

@@ -38,6 +38,11 @@ pub(super) trait Engine: Send {
     fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {
         None
     }
+    /// Angle, rad, perhaps up to whole turns, and rate, rad/s, of the first link's chord after the last step, where it is free; `None` if the
+    /// model does not tell.
+    fn crank(&self) -> Option<[f64; 2]> {
+        self.rotations().map(|[crank, _]| crank)
+    }
     /// The growth of a small error of those angles and rates over `h_s` from `t_s` on.
     fn carried_turn(&self, _law: &DriveLaw, _t_s: f64, _h_s: f64, _links: [[f64; 2]; ROTATIONS]) -> Option<CarriedTurn> {
         None

@@ -14,8 +14,7 @@ use super::scheme::Scheme;
 pub struct Multiplier {
     /// ρ.
     pub value: Complex<f64>,
-    /// Estimated error of ρ: of the physics by its change when the step was halved, of a scheme by rounding, and by how far
-    /// the one that is 1 where no time enters the motion is from it.
+    /// Estimated error of ρ: of the physics by its change when the step was halved, of a scheme by rounding alone.
     pub error: f64,
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::FloquetError;
 use super::floquet::{Accuracy, FURTHER, Floquet, GONE, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
-use super::mode::{Identifier, Mode, numbered};
+use super::mode::{Identifier, Kind, Mode, numbered};
 use super::motion_search::coarse_motion;
 use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
 use super::periodic::{CrankDrive, DrivenMechanism};
@@ -65,6 +65,10 @@ pub struct SchemeMotion {
     pub cycle: Cycle,
     /// The multiplier of largest magnitude.
     pub largest: Multiplier,
+    /// The largest magnitude among the multipliers of vibrations: all but the crank's own motion.
+    pub vibration: f64,
+    /// Of a free crank's own motion, the largest multiplier, and as its error how far the one is off that is 1 in truth; 0 of a held crank.
+    pub own: Multiplier,
     /// See [`Orbit::residual`].
     pub residual: f64,
 }
@@ -125,13 +129,10 @@ impl Subject {
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
-        let mut by_scheme = scheme
+        let by_scheme = scheme
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
-        if let Some(Ok(own)) = by_scheme.as_mut().filter(|_| !self.is_held()) {
-            err_as_the_shift(&mut own.multipliers);
-        }
         let (modes, fading) = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
-        let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
+        let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found, &modes)));
         let small = found.multipliers.iter().filter(|multiplier| multiplier.is_gone()).count();
         let gone = small.min(fading);
         Ok(PeriodicModes { orbit: found.orbit, modes, gone, lost: small - gone, scheme })
@@ -242,23 +243,31 @@ impl PeriodicModes {
     }
 
     /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
-    /// turns freely has a double multiplier of 1, which any error of the scheme splits in two. Nor does growth within the error of the
-    /// scheme's multipliers, as where steps cut the corners of a resistance table: from turn to turn they fall elsewhere, and such growth
-    /// ends within a step's way.
+    /// turns freely has a double multiplier of 1, which any error of the scheme splits in two. Nor does growth of the crank's own motion within
+    /// its error, as where steps cut the corners of a resistance table: in another turn they fall elsewhere.
     pub fn scheme_adds_growth(&self) -> bool {
-        self.is_known() && self.growth_by_scheme().is_some_and(|[growth, error]| growth > error)
+        let growing = |scheme: &SchemeMotion| {
+            let own = scheme.own;
+            scheme.vibration > self.most() || own.value.norm() > self.most() + own.error
+        };
+        self.is_known() && self.motion_by_scheme().is_some_and(growing)
     }
 
-    /// Whether the scheme lets a mode grow by that much within the error of its multipliers, so that it is not judged.
+    /// Whether the scheme lets the crank's own motion alone grow by that much, and within its error, so that it is not judged.
     pub fn scheme_is_vague(&self) -> bool {
-        self.is_known() && self.growth_by_scheme().is_some_and(|[growth, error]| (0.0..=error).contains(&growth))
+        let grows = self.motion_by_scheme().is_some_and(|scheme| scheme.own.value.norm() > self.most());
+        self.is_known() && grows && !self.scheme_adds_growth()
     }
 
-    /// What the scheme's largest multiplier exceeds the limit by, and its error; `None` where it found no motion.
-    fn growth_by_scheme(&self) -> Option<[f64; 2]> {
-        let Multiplier { value, error } = self.scheme.as_ref()?.as_ref().ok()?.largest;
-        let most = (1.0 + ADDED) * self.largest().max(1.0);
-        Some([value.norm() - most, error])
+    fn motion_by_scheme(&self) -> Option<&SchemeMotion> {
+        self.scheme.as_ref()?.as_ref().ok()
+    }
+
+    /// The magnitude above which a multiplier of the scheme is growth that it adds.
+    fn most(&self) -> f64 {
+        let surely = |Multiplier { value, error }: Multiplier| value.norm() - error;
+        let resolved = self.modes.iter().filter(|mode| mode.is_resolved()).map(|mode| surely(mode.multiplier));
+        (1.0 + ADDED) * resolved.fold(1.0, f64::max)
     }
 
     /// The largest magnitude of a multiplier that is resolved; 0 where nothing moves.
@@ -268,10 +277,22 @@ impl PeriodicModes {
 }
 
 impl SchemeMotion {
-    fn of(found: &Floquet) -> Self {
+    /// Of a scheme's multipliers, given the modes of the physics with the scheme's multiplier of each.
+    fn of(found: &Floquet, modes: &[PeriodicMode]) -> Self {
         let none = Multiplier { value: Complex::from(0.0), error: 0.0 };
-        let largest = found.multipliers.first().copied().unwrap_or(none);
-        SchemeMotion { cycle: found.orbit.cycle, largest, residual: found.orbit.residual }
+        let larger = |one: Multiplier, other: Multiplier| if other.value.norm() > one.value.norm() { other } else { one };
+        let own = modes.iter().filter(|mode| mode.mode.kind == Kind::Rotation).filter_map(|mode| mode.by_scheme);
+        let mut own: Vec<Multiplier> = own.map(|value| Multiplier { value, error: 0.0 }).collect();
+        err_as_the_shift(&mut own);
+        let is_own = |value: Complex<f64>| own.iter().any(|own| own.value == value || own.value.conj() == value);
+        let vibrations = found.multipliers.iter().filter(|multiplier| !is_own(multiplier.value));
+        SchemeMotion {
+            cycle: found.orbit.cycle,
+            largest: found.multipliers.first().copied().unwrap_or(none),
+            vibration: vibrations.map(|multiplier| multiplier.value.norm()).fold(0.0, f64::max),
+            own: own.into_iter().fold(none, larger),
+            residual: found.orbit.residual,
+        }
     }
 }
 

@@ -318,7 +318,7 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
                 [base]\ndamper_nm_s_per_rad = 0.0915\n[torque]\nconstant_nm = 28.0\n[start]\nrate_rad_per_s = 94.0\n[solver]\nmodel = \"modal\"\n";
     let judged = |integrator: &str, rod_rigid: bool, speed: f64| -> Result<[bool; 2], Box<dyn Error>> {
         let keys =
-            [format!("solver.integrator={integrator}"), format!("rod.rigid={rod_rigid}"), "solver.weight=0.499".to_owned()];
+            [format!("solver.integrator={integrator}"), format!("rod.rigid={rod_rigid}"), "solver.weight=0.4995".to_owned()];
         let scene = SceneSource::parse("pump.toml", pump, &keys)?.scene;
         let scheme = Some((scheme::Scheme::of(&scene.solver), 2e-4));
         let found = Subject::new(&scene, None)?.periodic_modes(1.5708, speed, &Accuracy::default(), scheme, None)?;
@@ -329,6 +329,9 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
         let seen = [94.0, 96.0].map(|speed| judged(integrator, true, speed)).into_iter().collect::<Result<Vec<_>, _>>()?;
         assert!(seen.iter().all(|[adds, _]| !adds) && seen.iter().any(|[_, is_vague]| *is_vague), "{integrator}: {seen:?}");
     }
-    assert_eq!(judged("two-point", false, 94.0)?, [true, false]);
+    // Its growth of 1.09 a turn, at speeds at which the shift is off by as much.
+    for speed in [93.0, 94.0, 96.0, 98.0] {
+        assert_eq!(judged("two-point", false, speed)?, [true, false], "{speed}");
+    }
     Ok(())
 }

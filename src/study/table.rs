@@ -38,13 +38,6 @@ fn not_names(row: &csv::StringRecord) -> Option<&'static str> {
     other_separator(row).or((!row.is_empty() && row.iter().all(is_number)).then_some(no_header))
 }
 
-/// A hint at the decimal point if all numbers of a column have a comma in its place, as spreadsheets quote them.
-fn decimal_commas(cells: &[String]) -> Option<String> {
-    let hint = cells.iter().filter(|cell| cell.contains(',')).find_map(|cell| decimal_comma_hint(cell))?;
-    let is_number = |cell: &String| cell.is_empty() || cell.parse::<f64>().is_ok() || decimal_comma_hint(cell).is_some();
-    cells.iter().all(is_number).then_some(hint)
-}
-
 impl Table {
     /// Adds a column.
     pub fn push(&mut self, name: impl Into<String>, values: Vec<f64>) {
@@ -64,6 +57,18 @@ impl Table {
     /// Names and words, in order.
     pub fn word_columns(&self) -> impl Iterator<Item = (&str, &[String])> {
         self.words.iter().map(|(name, words)| (name.as_str(), words.as_slice()))
+    }
+
+    /// The columns of words that are numbers with a comma in place of the decimal point, as spreadsheets quote them, each with a hint.
+    pub fn with_decimal_commas(&self) -> impl Iterator<Item = (&str, String)> {
+        let is_number = |cell: &String| {
+            let pointed = cell.trim().replacen(',', ".", 1);
+            cell.trim().is_empty() || pointed.parse::<f64>().is_ok_and(f64::is_finite)
+        };
+        let hint = move |words: &[String]| {
+            words.iter().find_map(|word| decimal_comma_hint(word.trim())).filter(|_| words.iter().all(is_number))
+        };
+        self.word_columns().filter_map(move |(name, words)| Some((name, hint(words)?)))
     }
 
     /// Names and values, in order.
@@ -147,9 +152,6 @@ impl Table {
             |cells: &[String]| cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(|cell| cell.parse::<f64>().is_err());
         let mut table = Table::default();
         for (name, cells) in cells {
-            if let Some(hint) = decimal_commas(&cells) {
-                return Err(refuse(format!("column `{name}`: {hint}")));
-            }
             if is_words(&cells) {
                 table.push_words(name, cells);
             } else {
