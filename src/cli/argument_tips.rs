@@ -93,7 +93,8 @@ fn other_name_tip(name: &str, command: &clap::Command, words: &[OsString]) -> Op
     let is_meant = |meaning: &&Meaning| {
         let is_here = meaning.command.is_none_or(|only| only == command.get_name());
         let is_open = |option: &str| has(option) && (option == "--set" || !is_given(option, words));
-        meaning.names.contains(&name) && is_here && meaning.option.is_none_or(is_open)
+        // `--steps` of trade is nearer than the scene's key.
+        meaning.names.contains(&name) && !has(&format!("{name}s")) && is_here && meaning.option.is_none_or(is_open)
     };
     MEANINGS.iter().find(is_meant).map(|meaning| meaning.tip)
 }
@@ -224,6 +225,9 @@ mod tests {
             ("cycle --rpm 955", "--speed RAD/S: 60 rpm are 6.2832 rad/s"),
             ("cycle --speed 955rpm", "955rpm are 100.007 rad/s"),
             ("run --duration 3", "the option for the end is --until TIME"),
+            ("trade --step 1e-3", "a similar argument exists: '--steps'"),
+            ("trade --model modal", "a similar argument exists: '--models'"),
+            ("trade --integrator esdirk", "a similar argument exists: '--integrators'"),
             ("cycle --ratio 0,1", "a number has a decimal point, not a comma: 0.1\n"),
             ("trade --steps=0,001", "a number has a decimal point, not a comma: 0.001\n"),
             ("cycle --sweep-ratio 0,1:0,6:51", "a number has a decimal point, not a comma: 0.1:0.6:51\n"),

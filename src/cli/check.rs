@@ -18,7 +18,7 @@ use super::progress;
 use super::resting_start::RestingStart;
 use super::run_conclusion::BENDS_FURTHER;
 use super::short_load::ShortLoad;
-use super::step_error::StepError;
+use super::step_error::{ROUNDING, StepError};
 use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{OwnRun, slowest_bending, speed_rad_per_s, suggested_step};
@@ -279,7 +279,7 @@ fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
         link: left_out.link.as_str(),
         force_n: left_out.force_n,
         shortening_m: left_out.shortening_m,
-        deflection_m: left_out.deflection_m,
+        deflection_m: if left_out.deflection_m > ROUNDING * left_out.length_m { left_out.deflection_m } else { 0.0 },
         stroke_change: left_out.stroke_change(),
         recommends_axial: left_out.matters(),
     };

@@ -279,8 +279,13 @@ fn live(args: &Args, name: &Name) -> CommandResult {
         found.modes.iter().try_for_each(print_json)?;
         return Ok(ExitStatus::Success);
     }
-    let turning = figure(found.crank_rate_rad_per_s);
-    writeln!(output(), "{name}: step {}, t = {} s, crank turning at {turning} rad/s", found.step, shown_s(found.sim_time_s))?;
+    let rate = figure(found.crank_rate_rad_per_s);
+    let crank = match (found.crank_is_moved, found.crank_rate_rad_per_s == 0.0) {
+        (true, true) => "held".to_owned(),
+        (true, false) => format!("moved at {rate} rad/s"),
+        (false, _) => format!("turning at {rate} rad/s"),
+    };
+    writeln!(output(), "{name}: step {}, t = {} s, crank {crank}", found.step, shown_s(found.sim_time_s))?;
     print_modes(&found.modes)?;
     print_beyond_shapes(&found.beyond_shapes)?;
     Ok(ExitStatus::Success)

@@ -11,6 +11,9 @@ use crate::simulation::Simulation;
 /// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
 const LARGEST: f64 = 1e-2;
 
+/// A deflection of less than this part of a link's length is rounding: the link is straight.
+pub(super) const ROUNDING: f64 = 1e-13;
+
 /// The largest differences of two runs, with the scene's step and with half of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StepError {
@@ -112,7 +115,7 @@ impl StepError {
         let Drive::Motion(_) = scene.drive else {
             return Some(StepError { angle_rad: Some(angle_rad), deflection: None, uncompared, until_s, half_diverged_s });
         };
-        let bent = chain.links.iter().zip(deflections).filter(|(_, [_, peak_m])| *peak_m > 0.0);
+        let bent = chain.links.iter().zip(deflections).filter(|(link, [_, peak_m])| *peak_m > ROUNDING * link.length_m);
         let errors = bent.map(|(link, [largest_m, peak_m])| {
             let (link, of_peak) = (link.name.as_str(), largest_m / peak_m);
             DeflectionError { link, largest_m, of_peak }

@@ -52,7 +52,7 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
     let of_angles =
-        many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive).or_else(|| moving_dwell(scene)));
+        many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive)).chain(moving_dwell(scene));
     let of_lengths = of_lengths(chain);
     // With a length in mm, any speed looks too high.
     let of_speed = if of_lengths.is_none() { fast_crank(chain, &scene.drive) } else { None };

@@ -92,14 +92,17 @@ impl ModesService {
         if !simulation.restore(checkpoint) {
             return Err(NoModes::Singular);
         }
-        let point = simulation.motion().ok_or(NoModes::Singular)?.into();
+        let motion = simulation.motion().ok_or(NoModes::Singular)?;
+        let moved_rad_per_s = motion.input.motion.map(|[_, rate_rad_per_s, _]| rate_rad_per_s);
+        let point = motion.into();
         let found = modes(&subject, &point, count)?;
         let crank = simulation.observe().ok().and_then(|observation| observation.links.first());
         Ok(LiveModes {
             step: stamp.step,
             epoch: stamp.epoch,
             sim_time_s: stamp.sim_time_s,
-            crank_rate_rad_per_s: crank.map_or(0.0, |link| link.rate_rad_per_s),
+            crank_rate_rad_per_s: moved_rad_per_s.unwrap_or(crank.map_or(0.0, |link| link.rate_rad_per_s)),
+            crank_is_moved: moved_rad_per_s.is_some(),
             modes: found.iter().map(ModeReport::from).collect(),
             beyond_shapes: beyond_shapes(&subject, &point, &found),
         })

@@ -34,8 +34,11 @@ pub struct LiveModes {
     pub epoch: u64,
     /// Simulated time since the epoch began, s.
     pub sim_time_s: f64,
-    /// Rate of the first link's chord, rad/s; 0 of an oscillator.
+    /// Rate of the first link, rad/s: of its tangent at the pivot where that is moved, else of its chord; 0 of an oscillator.
     pub crank_rate_rad_per_s: f64,
+    /// Whether a prescribed motion moves the first link, or holds it.
+    #[serde(default)]
+    pub crank_is_moved: bool,
     /// The modes, lowest first.
     pub modes: Vec<ModeReport>,
     /// Those among them that stand for all higher ones.

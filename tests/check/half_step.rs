@@ -47,3 +47,17 @@ fn regress_a_step_is_not_suggested_if_half_of_it_diverges() -> Tried<()> {
     assert_ne!(found["suggested_step_s"], 1e-4, "{printed}");
     Ok(())
 }
+
+/// A straight beam without weight that turns steadily does not bend: its deflection of 1e-19 m was compared, and no step was short enough.
+#[test]
+fn regress_rounding_is_no_deflection() -> Tried<()> {
+    let arm = "[beam]\nlength_m = 0.5\nsection = { shape = \"tube\", outer_m = 0.02, inner_m = 0.016 }\ndensity_kg_per_m3 = 2700\n\
+               youngs_modulus_pa = 7e10\nelements = 8\nmodes = 3\ndamping_s = 2e-4\n[tip]\nmass_kg = 0.8\n[drive]\nspeed_rad_per_s = 9\n";
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("arm.toml");
+    fs::write(&path, arm)?;
+    let (out, _) = checked(path.to_str().ok_or("no path")?, &[], &[])?;
+    assert!(out.contains("  step error   none: the motion is prescribed, and no link bends\n"), "{out}");
+    assert!(out.contains(" bends by 0 m: set beam.axial = true\n") && !out.contains("no step from"), "{out}");
+    Ok(())
+}

@@ -6,6 +6,8 @@ use crate::simulation::Loads;
 
 /// Looks at the spline between two rows.
 const LOOKS: u32 = 16;
+/// Steps by Newton's method to the furthest point, whose rate is a parabola.
+const CLOSER: usize = 5;
 /// A crank that stands still in a dwell leaves its angle by less than this part of the table's range.
 const SMALL_PART: f64 = 1e-3;
 /// Two rows at the top of a curve may have one angle by chance. Its spline leaves that by less than this part, with ten rows a turn.
@@ -20,8 +22,16 @@ pub(super) fn moving_dwell(scene: &Scene) -> Option<String> {
     let left_rad = |row: usize| {
         let [[from_s, angle_rad], [to_s, _]] = [rows[row], rows[row + 1]];
         let looks = (1..LOOKS).map(|look| from_s + (to_s - from_s) * f64::from(look) / f64::from(LOOKS));
-        let angles_rad = looks.filter_map(|time_s| Some(loads.input(time_s).motion?[0]));
-        let left_rad = angles_rad.map(|other_rad| (other_rad - angle_rad).abs()).fold(0.0, f64::max);
+        let left = |time_s: f64| Some((loads.input(time_s).motion?[0] - angle_rad).abs());
+        let furthest = looks.filter_map(|time_s| Some((left(time_s)?, time_s))).max_by(|one, other| one.0.total_cmp(&other.0))?;
+        // From the furthest of these looks to where the crank turns back, between its neighbours.
+        let near_s = (to_s - from_s) / f64::from(LOOKS);
+        let turns_back_s = (0..CLOSER).try_fold(furthest.1, |time_s, _| {
+            let [_, rate, acceleration] = loads.input(time_s).motion?;
+            let by_newton_s = if acceleration == 0.0 { time_s } else { time_s - rate / acceleration };
+            Some(by_newton_s.clamp(furthest.1 - near_s, furthest.1 + near_s))
+        });
+        let left_rad = turns_back_s.and_then(left).unwrap_or(0.0).max(furthest.0);
         let part = if is_top(rows, row) { CURVED_PART } else { SMALL_PART };
         (left_rad > part * range_rad).then_some((left_rad, from_s, to_s))
     };
@@ -63,6 +73,15 @@ mod tests {
         let warning = "drive.table has the same angle at 0.25 s and 0.4 s, and its spline leaves it by up to 0.657";
         let found = said(swings)?.unwrap_or_default();
         assert!(found.starts_with(warning), "{found}");
+        // Extremes of the spline with the ends of this one, by SciPy at 20001 points.
+        for (table, left_rad) in [
+            ("[[0, 0], [0.2, 6.283185], [0.6, 6.283185], [0.8, 12.56637], [1.2, 12.56637]]", "1.45066"),
+            ("[[0, 0], [0.1, 0], [0.3, 1.2], [0.5, 1.2]]", "0.115942"),
+            ("[[0, 0], [1, 1], [1.5, 1], [1.7, 6], [1.9, 6]]", "2.07566"),
+        ] {
+            let found = said(table)?.unwrap_or_default();
+            assert!(found.contains(&format!("leaves it by up to {left_rad} rad")), "{table}: {found}");
+        }
         let close = "[[0, 0], [0.1, 0], [0.101, 0], [0.25, 3.1], [0.399, 6.2], [0.4, 6.2], [0.7, 6.2]]";
         assert_eq!(said(close)?, None, "by up to 0.003 of 6.2 rad");
         let sine: Vec<String> =
