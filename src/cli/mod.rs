@@ -50,6 +50,7 @@ mod overlay;
 mod overlay_places;
 mod peaks;
 mod periodic;
+mod periodic_refusals;
 mod phases;
 mod plot;
 mod plot_source;

@@ -4,12 +4,12 @@ use std::io::Write as _;
 use std::sync::Mutex;
 
 use super::aligned_table::{figure, print};
-use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
 use super::formatting::counted;
 use super::modes::Args;
 use super::output::{output, print_json};
+use super::periodic_refusals::conclude;
 use super::progress::bar;
 use super::signals::Interruption;
 use super::small_motion_args::Chosen;
@@ -17,7 +17,6 @@ use super::unstable_ranges::ranges;
 use super::written::{draw, write_table};
 use crate::plot;
 use crate::scene::{SceneError, SceneSource};
-use crate::small_motion::error::FloquetError;
 use crate::small_motion::floquet::Accuracy;
 use crate::small_motion::scheme::Scheme;
 use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
@@ -26,10 +25,6 @@ use crate::study::trade::INTERRUPTED;
 
 /// Multipliers to a millionth, with at most a thousand steps a turn, unless those resolve none.
 const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024, most_gone: usize::MAX };
-
-/// The way on where a search ends without a motion.
-const PERHAPS_NONE: &str = "there may be none, as near a resonance or where a link buckles: `flexcrank run` shows whether the motion \
-                            repeats itself";
 
 /// One scene over the speeds.
 struct Row {
@@ -75,7 +70,7 @@ pub(super) fn periodic(args: &Args) -> CommandResult {
     // Files are written although nothing can be printed.
     let written = shown.and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json)));
     let drawn = args.plot.as_deref().map_or(Ok(()), |folder| chart.draw(folder));
-    written.and(drawn).and_then(|()| chart.conclude(&interruption))
+    written.and(drawn).and_then(|()| conclude(&chart.speeds, &chart.found, &interruption))
 }
 
 /// The scene with every value of the key.
@@ -361,54 +356,10 @@ impl Chart<'_> {
             .series(format!("{} at its step", self.integrator), &self.speeds, &own, plot::Mark::Dashes);
         draw(folder, "multipliers", &drawn, !self.args.json)
     }
-
-    fn conclude(&self, interruption: &Interruption) -> CommandResult {
-        if let ([_], [found]) = (self.speeds.as_slice(), self.found.as_slice())
-            && let [Some(Err(refusal))] = found.as_slice()
-        {
-            return Err(match refusal {
-                NoModes::NotPeriodic(FloquetError::Step { .. } | FloquetError::NotConverged { .. }) => {
-                    let sweep = "a sweep, as --speed 10:20:1, begins each search at the motion before";
-                    Failure::Usage(format!("{refusal}; {PERHAPS_NONE}, and {sweep}"))
-                }
-                _ => refusal.clone().into(),
-            });
-        }
-        let mut refusals: Vec<(String, Vec<f64>)> = Vec::new();
-        for (speed, refusal) in self.found.iter().flat_map(|found| self.speeds.iter().zip(found)) {
-            let Some(Err(refusal)) = refusal else { continue };
-            // The figures in it differ from speed to speed.
-            let why = refusal.to_string();
-            match refusals.iter_mut().find(|(other, _)| alike(other, &why)) {
-                Some((_, speeds)) => speeds.push(*speed),
-                None => refusals.push((why, vec![*speed])),
-            }
-        }
-        for (why, speeds) in &refusals {
-            match speeds.len() {
-                1 => say!("warning: {} rad/s: {why}", extent(speeds)),
-                count => say!("warning: {count} motions {} rad/s, such as this: {why}", extent(speeds)),
-            }
-        }
-        let refused: usize = refusals.iter().map(|(_, speeds)| speeds.len()).sum();
-        let (all, done) = (self.rows.len() * self.speeds.len(), self.motions().count());
-        if interruption.is_asked() && done + refused < all {
-            say_reason!("warning: interrupted: {done} of {all} motions were found");
-            return Ok(ExitStatus::Interrupted);
-        }
-        match refused {
-            0 => Ok(ExitStatus::Success),
-            _ => {
-                let is_sought = refusals.iter().any(|(why, _)| why.starts_with("no periodic motion was found"));
-                let perhaps = if is_sought { format!("; {PERHAPS_NONE}") } else { String::new() };
-                Err(Failure::Failed(format!("{refused} of {all} motions were not found{perhaps}")))
-            }
-        }
-    }
 }
 
 /// `at 3`, `from 3 to 5`.
-fn extent(speeds: &[f64]) -> String {
+pub(super) fn extent(speeds: &[f64]) -> String {
     let low = figure(speeds.iter().copied().fold(f64::INFINITY, f64::min));
     let high = figure(speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
     if low == high { format!("at {low}") } else { format!("from {low} to {high}") }
@@ -417,10 +368,4 @@ fn extent(speeds: &[f64]) -> String {
 /// `3 modes are`, `1 mode is`.
 fn are(count: usize, noun: &str) -> String {
     format!("{} {}", counted(count as u64, noun), if count == 1 { "is" } else { "are" })
-}
-
-/// Whether two sentences differ by figures at most.
-fn alike(one: &str, other: &str) -> bool {
-    let words = |text: &str| text.chars().filter(|c| c.is_alphabetic()).collect::<String>();
-    words(one) == words(other)
 }
