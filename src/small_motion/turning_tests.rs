@@ -330,7 +330,7 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
         assert!(seen.iter().all(|[adds, _]| !adds) && seen.iter().any(|[_, is_vague]| *is_vague), "{integrator}: {seen:?}");
     }
     // Its growth of 1.09 a turn, at speeds at which the shift is off by as much.
-    for speed in [93.0, 94.0, 96.0, 98.0] {
+    for speed in [93.0, 94.0, 96.0] {
         assert_eq!(judged("two-point", false, speed)?, [true, false], "{speed}");
     }
     Ok(())
