@@ -94,7 +94,8 @@ fn other_name_tip(name: &str, command: &clap::Command, words: &[OsString]) -> Op
         let is_here = meaning.command.is_none_or(|only| only == command.get_name());
         let is_open = |option: &str| has(option) && (option == "--set" || !is_given(option, words));
         // `--steps` of trade is nearer than the scene's key.
-        meaning.names.contains(&name) && !has(&format!("{name}s")) && is_here && meaning.option.is_none_or(is_open)
+        let has_plural = name.starts_with("--") && has(&format!("{name}s"));
+        meaning.names.contains(&name) && !has_plural && is_here && meaning.option.is_none_or(is_open)
     };
     MEANINGS.iter().find(is_meant).map(|meaning| meaning.tip)
 }

@@ -15,7 +15,7 @@ use super::progress::elapsed;
 use super::state_space_file::StateSpaceFile;
 use super::values::step;
 use crate::small_motion::scheme::Scheme;
-use crate::small_motion::{StateSpace, modes};
+use crate::small_motion::{StateSpace, modes, multiplier_of_vibration};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -30,7 +30,7 @@ The file holds A, B, C and D of  dx/dt = A x + B u,  y = C x + D u  with the nam
     chooses the format: .json, .m (MATLAB, Octave), .py or .npz (NumPy arrays).
 
 The slowest and the fastest eigenvalue are printed. With --scheme, ln(g)/dt stands beside each, with that eigenvalue g of A which is \
-    nearest to the exact one. A motion with |λ| dt > π is too fast for these steps.
+    nearest to the one that the scheme gives a vibration of the exact eigenvalue alone. A motion with |λ| dt > π is too fast for these steps.
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. An instant of a \
     recording counts as though it stood still.
@@ -68,7 +68,8 @@ pub(super) fn linearise(args: &Args) -> CommandResult {
     writeln!(out, "  time     {time}")?;
     let multipliers = if args.scheme && space.states.len() <= EIGENVALUES { space.multipliers() } else { Vec::new() };
     for (what, exact, name) in linear.ends()? {
-        let by_scheme = by_scheme(&multipliers, exact, args.step_s(&linear));
+        let scheme = Scheme::of(&linear.chosen.source.scene.solver);
+        let by_scheme = by_scheme(&multipliers, exact, (scheme, args.step_s(&linear)));
         writeln!(out, "  {what:<8} {}{name}{by_scheme}", shown(exact))?;
     }
     writeln!(out, "{}", args.output.path().display())?;
@@ -121,10 +122,12 @@ impl Linear {
     }
 }
 
-/// The eigenvalue `ln(g)/h` that steps of h give a motion, g being the multiplier of a step nearest to `exp(λh)`: of fast motion, that is
-/// no longer its own. Without multipliers, and of motion that goes on as it is, there is nothing to say.
-fn by_scheme(multipliers: &[Complex<f64>], exact: Complex<f64>, step_s: f64) -> String {
-    let ideal = (exact * step_s).exp();
+/// The eigenvalue `ln(g)/h` that steps of h give a motion, g being the multiplier of a step nearest to that of a vibration alone, or to
+/// `exp(λh)` of what does not vibrate: of fast motion, that is no longer its own. Without multipliers, and of motion that goes on as it is,
+/// there is nothing to say.
+fn by_scheme(multipliers: &[Complex<f64>], exact: Complex<f64>, (scheme, step_s): (Scheme, f64)) -> String {
+    let vibration = if exact.im == 0.0 { None } else { multiplier_of_vibration(scheme, exact, step_s).ok() };
+    let ideal = vibration.unwrap_or((exact * step_s).exp());
     let nearest = multipliers.iter().min_by(|one, other| (*one - ideal).norm().total_cmp(&(*other - ideal).norm()));
     match nearest.filter(|_| exact.norm() > 0.0) {
         Some(_) if exact.norm() * step_s > PI => "; too fast for these steps".to_owned(),

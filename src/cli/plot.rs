@@ -288,7 +288,9 @@ fn figures(args: &Args, sources: &mut [Source]) -> CommandResult<Vec<Entry>> {
     };
     let one = parts.len() == 1;
     let entry = |(part, mut figure): (String, Figure)| {
+        let drawn = figure.files_drawn().join(", ");
         figure.title = match (&args.title, figure.title) {
+            (None, words) if words.is_empty() && !drawn.is_empty() => drawn,
             (None, words) if words.is_empty() => names.clone(),
             // The legend names files that lie over one another.
             (None, words) if overlay => words,

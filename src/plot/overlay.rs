@@ -27,6 +27,12 @@ pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figur
 }
 
 impl Figure {
+    /// The files of an overlay that have a curve in it, by their names in the legend.
+    pub fn files_drawn(&self) -> Vec<&str> {
+        let is_drawn = |file: &&str| self.panels.iter().flat_map(|panel| &panel.series).any(|series| series.label == *file);
+        self.files.iter().map(String::as_str).filter(is_drawn).collect()
+    }
+
     /// Gives the files of an overlay other names in the legend: a name for each, in their order.
     pub fn rename_files(&mut self, names: &[String]) {
         for series in self.panels.iter_mut().flat_map(|panel| &mut panel.series) {

@@ -73,6 +73,7 @@ pub use report::{LiveModes, ModeReport};
 pub use shape::{JointForces, LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
 pub use state_space::StateSpace;
+pub use step_map::multiplier_of_vibration;
 pub use subject::{Crank, Subject};
 pub use sweep::{Branch, Crossing, OtherKind, crossings, follow, is_uncertain, other_kinds};
 pub use vibrations::Vibrations;

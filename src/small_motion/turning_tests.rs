@@ -321,7 +321,8 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
             [format!("solver.integrator={integrator}"), format!("rod.rigid={rod_rigid}"), "solver.weight=0.4995".to_owned()];
         let scene = SceneSource::parse("pump.toml", pump, &keys)?.scene;
         let scheme = Some((scheme::Scheme::of(&scene.solver), 2e-4));
-        let found = Subject::new(&scene, None)?.periodic_modes(1.5708, speed, &Accuracy::default(), scheme, None)?;
+        let accuracy = Accuracy { tolerance: 1e-6, most_steps: 1024, ..Accuracy::default() };
+        let found = Subject::new(&scene, None)?.periodic_modes(1.5708, speed, &accuracy, scheme, None)?;
         assert!(matches!(found.scheme, Some(Ok(_))), "{:?}", found.scheme);
         Ok([found.scheme_adds_growth(), found.scheme_is_vague()])
     };

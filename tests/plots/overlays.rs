@@ -294,3 +294,19 @@ fn regress_a_table_without_a_mesh_lies_at_the_place_of_the_first_recordings_node
         }
     }
 }
+
+/// The title named all files, also those without a curve in the figure.
+#[test]
+fn regress_the_title_of_tables_names_the_files_that_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, columns) in [("one", "t_s,torque_nm,force_n"), ("two", "t_s,torque_nm,speed_rad_per_s")] {
+        write(folder.path().join(format!("{name}.csv")), format!("{columns}\n0,1,2\n1,3,4\n2,0,1\n")).unwrap();
+    }
+    let output = plot(folder.path(), &["one.csv", "two.csv", "--overlay", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    for (figure, title) in [("torque_nm", "one, two"), ("force_n", "one"), ("speed_rad_per_s", "two")] {
+        let drawn = texts(&read_to_string(folder.path().join(format!("out/overlay-{figure}.svg"))).unwrap());
+        assert!(drawn.iter().any(|text| text == title), "{figure}: {drawn:?}");
+        assert!(title == "one, two" || !drawn.iter().any(|text| text == "one, two"), "{figure}: {drawn:?}");
+    }
+}

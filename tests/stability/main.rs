@@ -222,15 +222,19 @@ fn regress_a_short_cell_has_a_reference_of_short_steps() -> Tried {
     Ok(())
 }
 
-/// The maps of speed set one themselves, in place of a ramp or a table: all of their cells were refused, as a scene has one of the three.
+/// The maps of speed set one themselves, in place of a ramp, a table or a torque: all of their cells were refused, as a scene has one of the three.
 #[test]
 fn regress_maps_of_speed_replace_the_drive_of_the_scene() -> Tried {
     let folder = tempfile::tempdir()?;
     let links = "[crank]\nlength_m = 0.08\nsection = { shape = \"rectangle\", width_m = 0.02, height_m = 0.01 }\n\
                  density_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.0e11\n\
                  [rod]\nlength_m = 0.32\nsection = { shape = \"rectangle\", width_m = 0.015, height_m = 0.003 }\n\
-                 density_kg_per_m3 = 2700.0\nyoungs_modulus_pa = 7.0e10\ndamping_s = 1e-5\n[slider]\nmass_kg = 0.15\n[drive]\n";
-    for drive in ["ramp = { to_rad_per_s = 60.0, over_s = 0.5 }\n", "table = [[0.0, 0.0], [0.5, 1.0], [1.0, 3.0]]\n"] {
+                 density_kg_per_m3 = 2700.0\nyoungs_modulus_pa = 7.0e10\ndamping_s = 1e-5\n[slider]\nmass_kg = 0.15\n";
+    for drive in [
+        "[drive]\nramp = { to_rad_per_s = 60.0, over_s = 0.5 }\n",
+        "[drive]\ntable = [[0.0, 0.0], [0.5, 1.0], [1.0, 3.0]]\n",
+        "[torque]\nconstant_nm = 2.0\n",
+    ] {
         std::fs::write(folder.path().join("driven.toml"), [links, drive].concat())?;
         let words = ["stability", "driven.toml", "--quick", "--only", "crank-speed-modal"];
         let ended =

@@ -81,9 +81,9 @@ impl Builder<'_> {
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("crank-speed", method, &speeds, |part| {
                 let speed = part * resonance;
-                // In place of any drive that the scene has.
+                // In place of any drive or torque that the scene has.
                 let drive = format!("drive={{ speed_rad_per_s = {speed:?} }}");
-                vec!["pulse=[]".to_owned(), set("start.rate_rad_per_s", speed), drive]
+                vec!["pulse=[]".to_owned(), set("torque.constant_nm", 0.0), set("start.rate_rad_per_s", speed), drive]
             });
         }
     }
