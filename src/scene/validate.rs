@@ -108,10 +108,11 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     let Some(drive) = &raw.drive else { return Ok(torque(check, raw)) };
     // A constant torque of 0 is none.
-    let has_torque = matches!(torque(check, raw), Drive::Torque { constant_nm, .. } if constant_nm != 0.0);
+    let has_torque = raw.torque.as_ref().is_some_and(|torque| torque.constant_nm != Some(0.0));
     if !raw.pulse.is_empty() || has_torque {
         let problem = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
         check.note(|| check.refuse_one_of("drive", &["torque", "pulse"], problem));
+        torque(check, raw);
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
         (Some(speed), None, None) => {
