@@ -322,7 +322,7 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
         let scene = SceneSource::parse("pump.toml", pump, &keys)?.scene;
         let scheme = Some((scheme::Scheme::of(&scene.solver), 2e-4));
         let accuracy = Accuracy { tolerance: 1e-6, most_steps: 1024, ..Accuracy::default() };
-        let found = Subject::new(&scene, None)?.periodic_modes(1.5708, speed, &accuracy, scheme, None)?;
+        let found = Subject::new(&scene, None)?.periodic_modes(std::f64::consts::FRAC_PI_2, speed, &accuracy, scheme, None)?;
         assert!(matches!(found.scheme, Some(Ok(_))), "{:?}", found.scheme);
         Ok([found.scheme_adds_growth(), found.scheme_is_vague()])
     };

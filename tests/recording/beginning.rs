@@ -27,7 +27,7 @@ fn regress_what_is_lost_with_the_beginning_is_said() -> Outcome {
     // From a record's beginning on, no byte is left over that belongs to none.
     let summary = mcap::Summary::read(&bytes)?.ok_or("no summary")?;
     let first_chunk = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset as usize).min().ok_or("no chunk")?;
-    std::fs::write(at.join("chunks.mcap"), [&mcap::MAGIC[..], &bytes[first_chunk..]].concat())?;
+    std::fs::write(at.join("chunks.mcap"), [mcap::MAGIC, &bytes[first_chunk..]].concat())?;
     std::fs::write(at.join("noise.mcap"), "noise without an end")?;
     let beginning = "not an MCAP file, but it ends like one: its beginning is lost, and `flexcrank recover` saves what follows";
     for command in ["verify", "info", "plot"] {
