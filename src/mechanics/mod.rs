@@ -16,7 +16,6 @@ mod oscillator;
 mod resistance;
 mod rigid;
 mod rigid_bar;
-#[cfg(feature = "service")]
 mod short_loads;
 mod transfer;
 
@@ -30,6 +29,5 @@ pub use oscillator::Oscillator;
 #[cfg(feature = "service")]
 pub(crate) use resistance::resistance_n;
 pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
-#[cfg(feature = "service")]
 pub(crate) use short_loads::{FEW_STEPS, loads_rad, passes};
 pub use transfer::{CannotTransfer, Present, Transfer};
