@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::FloquetError;
 use super::floquet::{Accuracy, FURTHER, Floquet, GONE, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
-use super::mode::{Identifier, Kind, Mode, numbered};
+use super::mode::{Identifier, Mode, numbered};
 use super::motion_search::coarse_motion;
 use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
 use super::periodic::{CrankDrive, DrivenMechanism};
@@ -73,6 +73,13 @@ pub struct SchemeMotion {
     pub residual: f64,
 }
 
+/// The modes, how many multipliers are of motion that is gone after a turn, and the scheme's multipliers of a free crank's own motion.
+struct Identified {
+    modes: Vec<PeriodicMode>,
+    fading: usize,
+    own: Vec<Complex<f64>>,
+}
+
 /// Residual at which a scheme's motion repeats: thousands of steps leave more rounding than those of the physics.
 const SCHEME_REPEATS: f64 = 1e-6;
 
@@ -131,8 +138,9 @@ impl Subject {
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
         let by_scheme = scheme
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
-        let (modes, fading) = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
-        let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found, &modes)));
+        let Identified { modes, fading, own } =
+            self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
+        let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found, own)));
         let small = found.multipliers.iter().filter(|multiplier| multiplier.is_gone()).count();
         let gone = small.min(fading);
         Ok(PeriodicModes { orbit: found.orbit, modes, gone, lost: small - gone, scheme })
@@ -164,13 +172,8 @@ impl Subject {
         Ok(Guess { q: still.q, v: still.v, advance: Some(advance) })
     }
 
-    /// The modes, and how many multipliers are of motion that is gone after a turn.
-    fn identified(
-        &self,
-        found: &Floquet,
-        point: &Point,
-        scheme: Option<&Floquet>,
-    ) -> Result<(Vec<PeriodicMode>, usize), NoModes> {
+    /// The modes of the multipliers, and what the scheme makes of them.
+    fn identified(&self, found: &Floquet, point: &Point, scheme: Option<&Floquet>) -> Result<Identified, NoModes> {
         let (n, period_s) = (point.q.len(), found.orbit.cycle.period_s);
         let mut identifier = Identifier::new(self, point)?;
         let own: Vec<(Complex<f64>, DVector<Complex<f64>>)> = scheme.map(|scheme| shapes(scheme, n)).unwrap_or_default();
@@ -185,6 +188,10 @@ impl Subject {
         let shapes: Vec<_> =
             told.iter().map(|(multiplier, (shape, _))| (*multiplier, alike(&identifier.system, shape, &along))).collect();
         let ahead = if self.is_held() { Vec::new() } else { running_ahead(&shapes) };
+        let own_by_scheme = {
+            let likenesses = own.iter().map(|(value, shape)| (*value, alike(&identifier.system, shape, &along)));
+            if self.is_held() { Vec::new() } else { own_motion(&likenesses.collect::<Vec<_>>()) }
+        };
         let of_scheme = {
             let with_shapes: Vec<_> = told.iter().map(|(multiplier, (shape, _))| (multiplier.value, shape)).collect();
             partners(&identifier.system, &with_shapes, &own)
@@ -214,7 +221,7 @@ impl Subject {
                 modes[place].mode.number = one.number;
             }
         }
-        Ok((modes, fading(&identifier.system, period_s)))
+        Ok(Identified { modes, fading: fading(&identifier.system, period_s), own: own_by_scheme })
     }
 }
 
@@ -244,7 +251,8 @@ impl PeriodicModes {
 
     /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
     /// turns freely has a double multiplier of 1, which any error of the scheme splits in two. Nor does growth of the crank's own motion within
-    /// its error, as where steps cut the corners of a resistance table: in another turn they fall elsewhere.
+    /// its error, as where steps cut the corners of a resistance table: in another turn they fall elsewhere. Without damping, all growth of that
+    /// motion is.
     pub fn scheme_adds_growth(&self) -> bool {
         let growing = |scheme: &SchemeMotion| {
             let own = scheme.own;
@@ -277,12 +285,11 @@ impl PeriodicModes {
 }
 
 impl SchemeMotion {
-    /// Of a scheme's multipliers, given the modes of the physics with the scheme's multiplier of each.
-    fn of(found: &Floquet, modes: &[PeriodicMode]) -> Self {
+    /// Of a scheme's multipliers, given those of the crank's own motion.
+    fn of(found: &Floquet, own: Vec<Complex<f64>>) -> Self {
         let none = Multiplier { value: Complex::from(0.0), error: 0.0 };
         let larger = |one: Multiplier, other: Multiplier| if other.value.norm() > one.value.norm() { other } else { one };
-        let own = modes.iter().filter(|mode| mode.mode.kind == Kind::Rotation).filter_map(|mode| mode.by_scheme);
-        let mut own: Vec<Multiplier> = own.map(|value| Multiplier { value, error: 0.0 }).collect();
+        let mut own: Vec<Multiplier> = own.into_iter().map(|value| Multiplier { value, error: 0.0 }).collect();
         err_as_the_shift(&mut own);
         let is_own = |value: Complex<f64>| own.iter().any(|own| own.value == value || own.value.conj() == value);
         let vibrations = found.multipliers.iter().filter(|multiplier| !is_own(multiplier.value));
@@ -320,6 +327,18 @@ fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
     let others = (0..shapes.len()).filter(|place| *place != shift && is_real(shift) && is_real(*place));
     let faster = others.max_by(|one, other| shapes[*one].1.total_cmp(&shapes[*other].1));
     std::iter::once(shift).chain(faster.filter(|place| shapes[*place].1 >= ALIKE)).collect()
+}
+
+/// The multipliers of a scheme that are a free crank's own motion, given each, one of a conjugate pair, with how much its shape is like the
+/// velocities: the one nearest to 1 of those that are, and its other half, which is real as well and the most alike.
+fn own_motion(likenesses: &[(Complex<f64>, f64)]) -> Vec<Complex<f64>> {
+    let from_one = |value: Complex<f64>| (value - 1.0).norm();
+    let alike = || likenesses.iter().filter(|(_, likeness)| *likeness >= ALIKE);
+    let Some((shift, _)) = alike().min_by(|one, other| from_one(one.0).total_cmp(&from_one(other.0))) else { return Vec::new() };
+    let is_other_half = |value: Complex<f64>| shift.im == 0.0 && value.im == 0.0 && value.re > 0.0 && value != *shift;
+    let others = alike().filter(|(value, _)| is_other_half(*value));
+    let other = others.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(value, _)| *value);
+    std::iter::once(*shift).chain(other).collect()
 }
 
 /// The number of multipliers of motion, damped as at this point, that are gone after a period: those of the eigenvalues λ of

@@ -336,3 +336,22 @@ fn regress_a_scheme_is_judged_no_better_than_its_multiplier_of_one() -> Outcome 
     }
     Ok(())
 }
+
+/// Two schemes' multipliers of one mechanism without damping: its double 1 is split in two that are real, or conjugate. Both halves are the
+/// crank's own motion, which was taken for a vibration by rounding.
+#[test]
+fn regress_both_halves_of_the_own_motion_are_no_vibration() -> Outcome {
+    let rigid = "[crank]\nlength_m = 0.1\nmass_kg = 1.0\nrigid = true\n[rod]\nlength_m = 0.3\nmass_kg = 0.5\nrigid = true\n[slider]\n\
+                 mass_kg = 0.5\n[start]\nrate_rad_per_s = 30.0\n[solver]\nmodel = \"rigid\"\nintegrator = \"two-point\"\n";
+    let scene = SceneSource::parse("rigid.toml", rigid, &[])?.scene;
+    let subject = Subject::new(&scene, None)?;
+    let accuracy = Accuracy { tolerance: 1e-6, most_steps: 1024, ..Accuracy::default() };
+    for speed in [28.0, 29.0, 30.0, 31.0] {
+        for step_s in [5e-3, 1e-2, 2e-2] {
+            let scheme = Some((scheme::Scheme::of(&scene.solver), step_s));
+            let Some(Ok(motion)) = subject.periodic_modes(0.0, speed, &accuracy, scheme, None)?.scheme else { continue };
+            assert!(motion.vibration == 0.0 && motion.own.value.norm() >= 1.0 - 1e-6, "{speed}, {step_s}: {motion:?}");
+        }
+    }
+    Ok(())
+}

@@ -38,6 +38,16 @@ fn not_names(row: &csv::StringRecord) -> Option<&'static str> {
     other_separator(row).or((!row.is_empty() && row.iter().all(is_number)).then_some(no_header))
 }
 
+/// A hint at the decimal point if cells are numbers, and some have a comma in its place.
+fn decimal_commas(cells: &[String]) -> Option<String> {
+    let hint = cells.iter().filter(|cell| cell.contains(',')).find_map(|cell| decimal_comma_hint(cell.trim()))?;
+    let is_number = |cell: &String| {
+        let pointed = cell.trim().replacen(',', ".", 1);
+        pointed.is_empty() || pointed.parse::<f64>().is_ok_and(f64::is_finite)
+    };
+    cells.iter().all(is_number).then_some(hint)
+}
+
 impl Table {
     /// Adds a column.
     pub fn push(&mut self, name: impl Into<String>, values: Vec<f64>) {
@@ -61,14 +71,7 @@ impl Table {
 
     /// The columns of words that are numbers with a comma in place of the decimal point, as spreadsheets quote them, each with a hint.
     pub fn with_decimal_commas(&self) -> impl Iterator<Item = (&str, String)> {
-        let is_number = |cell: &String| {
-            let pointed = cell.trim().replacen(',', ".", 1);
-            cell.trim().is_empty() || pointed.parse::<f64>().is_ok_and(f64::is_finite)
-        };
-        let hint = move |words: &[String]| {
-            words.iter().find_map(|word| decimal_comma_hint(word.trim())).filter(|_| words.iter().all(is_number))
-        };
-        self.word_columns().filter_map(move |(name, words)| Some((name, hint(words)?)))
+        self.word_columns().filter_map(|(name, words)| Some((name, decimal_commas(words)?)))
     }
 
     /// Names and values, in order.
@@ -124,7 +127,7 @@ impl Table {
         (0..self.rows()).map(row).collect()
     }
 
-    /// Reads what [`Table::write_csv`] wrote: columns without a number are words; elsewhere, a cell that is not a number is NaN.
+    /// Reads what [`Table::write_csv`] wrote: columns without a number, and those with decimal commas, are words; elsewhere, a cell that is not a number is NaN.
     ///
     /// # Errors
     /// [`TableError`] when the file cannot be read as CSV with a header row.
@@ -150,6 +153,7 @@ impl Table {
         }
         let is_words =
             |cells: &[String]| cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(|cell| cell.parse::<f64>().is_err());
+        let is_words = |cells: &[String]| is_words(cells) || decimal_commas(cells).is_some();
         let mut table = Table::default();
         for (name, cells) in cells {
             if is_words(&cells) {

@@ -120,6 +120,8 @@ fn regress_quoted_numbers_with_decimal_commas_are_named() {
     for (cells, code, warns) in [
         (["\"1,5\",3", "\"3,5\",4"], 0, true),
         (["\"1,5\",3", ",4"], 0, true),
+        // Whole numbers have no comma.
+        (["\"1,5\",3", "2,4"], 0, true),
         (["\"1,5\",a", "\"3,5\",b"], 2, true),
         (["\"1,3-butadiene\",3", "\"2,4-xylenol\",4"], 0, false),
     ] {
