@@ -145,6 +145,8 @@ const PARTS: u32 = 64;
 
 /// What a step of a scheme multiplies a vibration of eigenvalue λ by: of the multipliers of `ẍ − 2 Re λ ẋ + |λ|² x = 0`, that which goes on
 /// from `exp(λh)` as the step grows from a small one. Schemes that keep more values have further ones, which no vibration has.
+/// Next to critical damping, roots of a scheme meet as the step grows, and either may be followed. The sign of the imaginary part is not
+/// kept beyond half a turn a step.
 ///
 /// # Errors
 /// [`NoModes::NotFound`] where the step cannot be taken.
