@@ -282,15 +282,17 @@ fn stems(sources: &[Source]) -> String {
 /// The figures of files, laid over one another part by part if there are several files.
 fn figures(args: &Args, sources: &mut [Source]) -> CommandResult<Vec<Entry>> {
     let (all, x) = (stems(sources), args.x.as_deref());
+    let own_stems: Vec<String> = sources.iter().map(|source| source.stem.clone()).collect();
     let (parts, names, overlay) = match sources {
         [source] => (source.figures(x, &args.y)?, source.label(), false),
         several => (overlaid(several, x, &args.y)?, all.clone(), true),
     };
     let one = parts.len() == 1;
     let entry = |(part, mut figure): (String, Figure)| {
-        let drawn = figure.files_drawn().join(", ");
+        let drawn: Vec<&str> =
+            figure.files_drawn().into_iter().filter_map(|place| Some(own_stems.get(place)?.as_str())).collect();
         figure.title = match (&args.title, figure.title) {
-            (None, words) if words.is_empty() && !drawn.is_empty() => drawn,
+            (None, words) if words.is_empty() && !drawn.is_empty() => drawn.join(", "),
             (None, words) if words.is_empty() => names.clone(),
             // The legend names files that lie over one another.
             (None, words) if overlay => words,

@@ -27,10 +27,10 @@ pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figur
 }
 
 impl Figure {
-    /// The files of an overlay that have a curve in it, by their names in the legend.
-    pub fn files_drawn(&self) -> Vec<&str> {
-        let is_drawn = |file: &&str| self.panels.iter().flat_map(|panel| &panel.series).any(|series| series.label == *file);
-        self.files.iter().map(String::as_str).filter(is_drawn).collect()
+    /// The places of the files of an overlay that have a curve in it.
+    pub fn files_drawn(&self) -> Vec<usize> {
+        let is_drawn = |file: &str| self.panels.iter().flat_map(|panel| &panel.series).any(|series| series.label == file);
+        (0..self.files.len()).filter(|place| is_drawn(&self.files[*place])).collect()
     }
 
     /// Gives the files of an overlay other names in the legend: a name for each, in their order.

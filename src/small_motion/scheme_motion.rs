@@ -20,7 +20,7 @@ pub struct SchemeMotion {
     pub vibration: f64,
     /// Of a free crank's own motion, the largest multiplier, and as its error how far the one is off that is 1 in truth; 0 of a held crank.
     pub own: Multiplier,
-    /// See [`Orbit::residual`].
+    /// How exactly it repeats, as of an orbit.
     pub residual: f64,
 }
 
