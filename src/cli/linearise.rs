@@ -29,8 +29,8 @@ The file holds A, B, C and D of  dx/dt = A x + B u,  y = C x + D u  with the nam
     outputs' values `at` the state, and the sampling interval `dt`. All of x, u and y are differences from that state. The extension \
     chooses the format: .json, .m (MATLAB, Octave), .py or .npz (NumPy arrays).
 
-The slowest and the fastest eigenvalue are printed. With --scheme, ln(g)/dt stands beside each, with that eigenvalue g of A which is \
-    nearest to the one that the scheme gives a vibration of the exact eigenvalue alone. A motion with |λ| dt > π is too fast for these steps.
+The slowest and the fastest eigenvalue are printed. With --scheme, ln(g)/dt stands beside each: g is the eigenvalue of A that \
+    belongs to the same motion. A motion with |λ| dt > π is too fast for these steps.
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. An instant of a \
     recording counts as though it stood still.
@@ -122,9 +122,8 @@ impl Linear {
     }
 }
 
-/// The eigenvalue `ln(g)/h` that steps of h give a motion, g being the multiplier of a step nearest to that of a vibration alone, or to
-/// `exp(λh)` of what does not vibrate: of fast motion, that is no longer its own. Without multipliers, and of motion that goes on as it is,
-/// there is nothing to say.
+/// The eigenvalue `ln(g)/h` that steps of h give a motion. The multiplier g of a step is the one nearest to that of a single vibration with
+/// this eigenvalue, or to `exp(λh)` if the motion does not vibrate. Empty without multipliers, and for an eigenvalue of 0.
 fn by_scheme(multipliers: &[Complex<f64>], exact: Complex<f64>, (scheme, step_s): (Scheme, f64)) -> String {
     let vibration = if exact.im == 0.0 { None } else { multiplier_of_vibration(scheme, exact, step_s).ok() };
     let ideal = vibration.unwrap_or((exact * step_s).exp());

@@ -21,7 +21,7 @@ pub(super) struct OverFrequency {
 type Sample = (f64, Option<DVector<Complex<f64>>>);
 
 impl OverFrequency {
-    /// Of these outputs at these frequencies, and where each is largest between them. `natural` are the frequencies, Hz, and damping
+    /// Computes these outputs at these frequencies, and where each is largest between them. `natural` are the frequencies, Hz, and damping
     /// ratios of the space.
     pub(super) fn new(
         space: &StateSpace,

@@ -263,7 +263,7 @@ impl Chart<'_> {
                     (true, false) => "adds less than 1 % of growth",
                 };
                 let error = match found.scheme_is_vague() {
-                    true => format!(" of the crank's own motion, ± {:.0e}; shorter steps tell", scheme.own.error),
+                    true => format!(" of the crank's own motion, ± {:.0e}; a shorter step is more exact", scheme.own.error),
                     false => String::new(),
                 };
                 let step = figure(1e3 * scheme.cycle.step_s());

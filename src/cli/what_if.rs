@@ -122,7 +122,7 @@ fn cut_short(pulses: &[AddedPulse], WhatIfOutcome { from_s, deviation, diverged,
     Some(format!("the pulse added at t = {start_s} s lasts until t = {pulse_end_s} s, and the recording ends at t = {end_s} s"))
 }
 
-/// What was done of a recording that ends early: the chunk in which it ends is not computed from.
+/// Says how much of a recording that ends early was re-simulated: only its whole chunks are.
 fn of_cut_off(file: &Path, until_s: f64) -> String {
     match Overview::read(file).map_or(0, |overview| overview.unchecked) {
         0 => "everything before was re-simulated".to_owned(),

@@ -135,7 +135,7 @@ fn why(path: &Path, cause: &std::io::Error) -> String {
     }
 }
 
-/// What a file that does not begin as MCAP files do is instead, if that can be told.
+/// Names what the file is, if it is not MCAP and that can be told.
 fn instead_of_mcap(path: &Path) -> String {
     let ends_as_mcap = || path.is_file() && open(path).is_ok_and(|mut file| is_closed(&mut file).unwrap_or(false));
     match toml_hint(path) {

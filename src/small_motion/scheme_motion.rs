@@ -1,4 +1,4 @@
-//! What a scheme makes of a mechanism that turns: its multipliers, and whether it adds growth.
+//! The multipliers that a scheme gives a turning mechanism, and whether the scheme adds growth.
 
 use nalgebra::Complex;
 
@@ -18,14 +18,15 @@ pub struct SchemeMotion {
     pub largest: Multiplier,
     /// The largest magnitude among the multipliers of vibrations: all but the crank's own motion.
     pub vibration: f64,
-    /// Of a free crank's own motion, the largest multiplier, and as its error how far the one is off that is 1 in truth; 0 of a held crank.
+    /// The largest multiplier of a free crank's own motion. One of these is exactly 1 in theory: the error is its distance from 1. The
+    /// value is 0 if the crank is held.
     pub own: Multiplier,
     /// How exactly it repeats, as of an orbit.
     pub residual: f64,
 }
 
 impl SchemeMotion {
-    /// Of a scheme's multipliers, given those of the crank's own motion.
+    /// Sorts a scheme's multipliers into those of the crank's own motion, which are given, and those of vibrations.
     pub(super) fn of(found: &Floquet, own: Vec<Complex<f64>>) -> Self {
         let none = Multiplier { value: Complex::from(0.0), error: 0.0 };
         let larger = |one: Multiplier, other: Multiplier| if other.value.norm() > one.value.norm() { other } else { one };

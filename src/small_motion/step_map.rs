@@ -143,10 +143,12 @@ fn step_matrices([a, b]: [&DMatrix<f64>; 2], scheme: Scheme, step_s: f64) -> Res
 /// Parts of a step in which a vibration's multiplier is followed.
 const PARTS: u32 = 64;
 
-/// What a step of a scheme multiplies a vibration of eigenvalue λ by: of the multipliers of `ẍ − 2 Re λ ẋ + |λ|² x = 0`, that which goes on
-/// from `exp(λh)` as the step grows from a small one. Schemes that keep more values have further ones, which no vibration has.
-/// Next to critical damping, roots of a scheme meet as the step grows, and either may be followed. The sign of the imaginary part is not
-/// kept beyond half a turn a step.
+/// The multiplier by which one step of a scheme changes a vibration of eigenvalue λ. A step has several multipliers for
+/// `ẍ − 2 Re λ ẋ + |λ|² x = 0`. This is the one that is `exp(λh)` for a short step h, followed as the step grows. The others
+/// belong to values that the scheme keeps, and to no vibration.
+///
+/// Close to critical damping, multipliers meet as the step grows, and either may be followed. The sign of the imaginary part is
+/// not kept beyond half a turn a step.
 ///
 /// # Errors
 /// [`NoModes::NotFound`] where the step cannot be taken.

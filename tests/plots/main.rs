@@ -5,6 +5,7 @@ mod animations;
 mod columns;
 #[path = "../common/mod.rs"]
 mod common;
+mod decimal_commas;
 mod maps;
 mod overlays;
 mod pictures;
