@@ -66,7 +66,7 @@ impl Unfinished {
         let (prefix, permissions) = (format!("{}.", kept_name(path)), Permissions::from_mode(0o666));
         let mut files = files();
         let created = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder);
-        let file = created.map_err(of_system)?;
+        let file = created.map_err(|refused| of_system(refused, folder))?;
         let (file, path) = file.into_parts();
         Ok((file, Self::among(&mut files, path)?))
     }
@@ -99,11 +99,18 @@ impl Drop for Unfinished {
     }
 }
 
-/// The error of the system in one that also names the unfinished file, which nobody has heard of.
-fn of_system(error: io::Error) -> io::Error {
+/// The error of the system in one that also names the unfinished file, which nobody has heard of. What is not there, or not permitted,
+/// is the folder's part.
+fn of_system(error: io::Error, folder: &Path) -> io::Error {
     let text = error.to_string();
     let (cause, _) = text.split_once(" at path ").unwrap_or((&text, ""));
-    io::Error::new(error.kind(), cause.to_owned())
+    let is_of_folder = match error.kind() {
+        io::ErrorKind::PermissionDenied => true,
+        io::ErrorKind::NotFound => folder.is_dir(),
+        _ => false,
+    };
+    let of_folder = if is_of_folder { ": no file can be made in this folder" } else { "" };
+    io::Error::new(error.kind(), format!("{cause}{of_folder}"))
 }
 
 /// A file in the making. Dropping it without [`finish`](WholeFile::finish) deletes it.

@@ -396,5 +396,5 @@ fn regress_steps_of_fixed_cost() -> Result<(), Box<dyn Error>> {
     assert!(said.contains("fixed cost: 3 corrections a stage, adds ") && said.contains(" rad to an error of "), "{said}");
     let (ended, _, said) = flexcrank(&run(&["--shadow", "rigid"]))?;
     assert_eq!(ended, Some(0), "{said}");
-    Ok(())
+    refused(&run(&["--set", "pulse=[]"]), 2, &["--fixed-cost: crank-slider: nothing moves in this scene within 2 s, which any"])
 }

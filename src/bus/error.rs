@@ -31,7 +31,7 @@ pub enum BusError {
     #[error("cannot listen on {0}: another program has the port; end it, or give another port, or port 0 for any free one")]
     InUse(String),
     /// No endpoint admitted the client.
-    #[error("{0}: absent, or not permitted")]
+    #[error("{0}: nothing listens there, or it does not admit this client; `flexcrank list` shows the services of this machine")]
     NotAdmitted(String),
     /// A declaration, publication or query failed.
     #[error("zenoh: {0}")]

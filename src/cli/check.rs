@@ -18,6 +18,7 @@ use super::progress;
 use super::resting_start::RestingStart;
 use super::run_conclusion::BENDS_FURTHER;
 use super::short_load::ShortLoad;
+use super::signals::interruption_leaves_nothing;
 use super::step_error::{ROUNDING, StepError};
 use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
@@ -47,7 +48,7 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     the balance of energies. The \
     step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
-    deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
+    deflection in a link's middle, with a warning beyond half its peak. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
     error in a period, and the shortest load of a resistance_table, which takes 10 steps to pass at half its height. A run of \
     that duration takes at least 100 of these steps, keeps the balance within \
@@ -70,13 +71,14 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
     step_error_rad (largest change of the first link's angle as the step is halved), \
     half_step_diverges_s (when a run with half the step diverges), step_error_of_deflection (with a [drive]: \
-    largest change of the deflection in a link's middle, over its peak), out_of_range (largest slope of a link \
+    largest change of the deflection in a link's middle, over its peak in either run), out_of_range (largest slope of a link \
     from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
     end: until_s, two_turns_s), shortening (link, \
     force_n (positive in tension), shortening_m (its size), deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
-Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
+Exit codes: 0 the scene is sound, or a warning says what it is not (a link bends out of the model's range, the result depends \
+    on the step); 2 it is refused, 4 it \
     diverges, 6 its energy balance leaves solver.balance_tolerance.";
 
 /// Shortest measurement of the cost.
@@ -87,8 +89,6 @@ const GAUGED: Duration = Duration::from_millis(20);
 const FOLLOWED: f64 = 0.5;
 /// Fewer steps in a period do not show it.
 const LEAST_STEPS: f64 = 2.0;
-/// An error of the time step, rad, with which the motion of a run is lost.
-const LOST_RAD: f64 = 1.0;
 
 /// The warning of a run that shows nothing, but for the way on.
 const NOTHING_MOVES: &str =
@@ -156,6 +156,7 @@ struct ShorteningLine {
 }
 
 pub(super) fn check(args: &Args) -> CommandResult {
+    interruption_leaves_nothing();
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let scene = &source.scene;
     let warn_of_suspects = || suspect_numbers(&source).iter().for_each(|warning| say!("warning: {warning}"));
@@ -213,11 +214,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let outcome = if wrong_turn { "expect wrong motion" } else { "a vibration of that frequency comes out wrong" };
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: {outcome}");
     }
-    if let Some(error_rad) = checked.step_error_rad.filter(|error_rad| *error_rad > LOST_RAD && trial.verdict.is_ok()) {
-        say!(
-            "warning: with half the step, the first link's angle differs by up to {error_rad:.1e} rad in this run: shorten the step until \
-             it no longer does; if it always does, the motion is chaotic"
-        );
+    if let Some(lost) = known_error.and_then(StepError::lost).filter(|_| trial.verdict.is_ok()) {
+        say!("warning: {lost}");
     }
     if let Some(time_s) = checked.half_step_diverges_s.filter(|_| trial.verdict.is_ok()) {
         let time = figure(time_s);
@@ -298,6 +296,9 @@ impl Checked {
                 "valid, but a link bends out of the model's range"
             }
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.stands_still => "valid; nothing moves in it",
+            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if step_error.and_then(StepError::lost).is_some() => {
+                "valid, but its result depends on the step"
+            }
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
         };
         writeln!(out, "{scene}: {finding}")?;

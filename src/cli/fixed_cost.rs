@@ -22,6 +22,7 @@ pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource
     let rating = rating.map_err(|not| match not {
         NotRated::Build(refused) => source.refusal(refused.key, refused.to_string()).into(),
         NotRated::Diverged(_) => Failure::Diverged(diverged(source, &not)),
+        NotRated::Still { .. } => Failure::Usage(format!("--fixed-cost: {}: {not}", source.origin)),
         other => Failure::Failed(format!("--fixed-cost: {}: {other}", source.origin)),
     })?;
     say!("{rating}");

@@ -16,6 +16,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
 use super::output::{output, print_json};
+use super::signals::interruption_leaves_nothing;
 use crate::recording::{Overview, RecordingMetadata, TopicOverview};
 use crate::scene::SceneSource;
 use crate::shown::{shown_name, shown_s, shown_sentence};
@@ -93,6 +94,7 @@ struct TopicInfo {
 }
 
 pub(super) fn info(args: &Args) -> CommandResult {
+    interruption_leaves_nothing();
     let (mut gravest, mut is_further) = (ExitStatus::Success, false);
     for file in &args.files {
         let status = match Info::of(file) {

@@ -2,6 +2,7 @@
 
 use super::aligned_table::figure;
 use super::failure::{CommandResult, Failure};
+use super::formatting;
 use super::progress::elapsed;
 use super::small_motion_args::{Chosen, SubjectArgs};
 use super::values::finite;
@@ -88,7 +89,7 @@ impl LinearArgs {
             _ if chosen.subject.is_oscillator() => String::new(),
             (None, speed) => {
                 let turning = speed.map(|speed| format!(", turning at {} rad/s", figure(speed))).unwrap_or_default();
-                format!(" at {}°{turning}", figure(chosen.angle_rad(self.angle)?.to_degrees()))
+                format!(" at {}°{turning}", figure(formatting::degrees(chosen.angle_rad(self.angle)?)))
             }
         };
         Ok(format!("{}: {model}{crank}{at}", self.subject.target))

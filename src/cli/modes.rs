@@ -15,7 +15,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
-use super::formatting::counted;
+use super::formatting::{counted, degrees};
 use super::mode_figures::{damping, hertz, percent, rounded};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
@@ -191,7 +191,7 @@ impl Args {
         Ok(match (values(&self.angle), values(&self.speed)) {
             (angle, Some(speeds)) if !many(&self.angle) && (many(&self.speed) || angle.is_none()) => (Along::Speed, speeds),
             (Some(angles), _) => (Along::Angle, angles),
-            (None, _) => (Along::Angle, vec![chosen.angle_rad(None)?.to_degrees()]),
+            (None, _) => (Along::Angle, vec![degrees(chosen.angle_rad(None)?)]),
         })
     }
 

@@ -168,6 +168,7 @@ mod tests {
     fn regress_a_long_duration_without_a_unit_is_suspect() {
         let warning = |text: &str| pulse_duration(text).map(|given| given.suspect_pulse("--duration"));
         assert_eq!(warning("100"), Ok(Some("--duration 100 has no unit: that is 100 s".to_owned())));
+        assert_eq!(warning("5m"), Ok(Some("--duration 5m is 5 min, 300 s; milliseconds are 5ms".to_owned())));
         for text in ["100s", "100ms", "0.1", "9.9", "2min"] {
             assert_eq!(warning(text), Ok(None), "{text}");
         }

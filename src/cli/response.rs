@@ -83,6 +83,9 @@ pub(super) struct Args {
     pub step_csv: Option<PathBuf>,
 }
 
+/// The place of the largest value of an output that is 0 everywhere.
+const NOWHERE: &str = "–";
+
 /// Both responses of the outputs chosen.
 struct Responses {
     input: String,
@@ -259,8 +262,10 @@ impl Responses {
             let phase =
                 format!("{}°", within_half_a_turn(self.over_frequency.phases_deg[k].get(at).copied().unwrap_or(f64::NAN)));
             let end = self.after_step.samples[k].last().copied().unwrap_or(f64::NAN);
-            let numbers = [figure(peak), figure(self.over_frequency.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
-            rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
+            let at_hz = figure(self.over_frequency.frequencies_hz[at]);
+            let [at_hz, phase, at_s] =
+                [at_hz, phase, figure(step_at_s)].map(|at| if peak > 0.0 { at } else { NOWHERE.to_owned() });
+            rows.push(vec![name.clone(), figure(peak), at_hz, phase, figure(step), at_s, figure(end)]);
         }
         Ok(print(&rows, 1)?)
     }
@@ -268,6 +273,11 @@ impl Responses {
     /// Prints which of the largest values are no resonance, or between samples, and whether they are beyond small motion.
     fn show_caveats(&self) -> CommandResult<()> {
         let mut out = output();
+        let is_unmoved = |k: &usize| largest(&self.over_frequency.magnitudes[*k]).1 == 0.0;
+        let unmoved: Vec<&str> = (0..self.outputs.len()).filter(is_unmoved).map(|k| self.outputs[k].as_str()).collect();
+        if !unmoved.is_empty() {
+            writeln!(out, "  {}: not moved by {} in small motion about this state", unmoved.join(", "), self.input)?;
+        }
         self.show_missed()?;
         for (end, place) in [("lower", 0), ("upper", self.over_frequency.frequencies_hz.len().saturating_sub(1))] {
             let names = self.largest_at(place).join(", ");

@@ -11,6 +11,11 @@ use crate::simulation::Simulation;
 /// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
 const LARGEST: f64 = 1e-2;
 
+/// An error of the time step with which the motion of a run is lost, in rad of the first link's angle.
+const LOST_RAD: f64 = 1.0;
+/// The same of a deflection, over its peak.
+const LOST_OF_PEAK: f64 = 0.5;
+
 /// A deflection of less than this part of a link's length is rounding: the link is straight.
 pub(super) const ROUNDING: f64 = 1e-13;
 
@@ -56,7 +61,7 @@ pub(super) struct DeflectionError {
     link: &'static str,
     /// m.
     largest_m: f64,
-    /// Over the largest deflection.
+    /// Over the largest deflection in either run.
     pub(super) of_peak: f64,
 }
 
@@ -106,7 +111,7 @@ impl StepError {
             let Some(other) = run.observe().ok().and_then(|seen| Look::at(steps, seen)) else { break };
             angle_rad = angle_rad.max((look.angle_rad - other.angle_rad).abs());
             for (found, (own_m, other_m)) in deflections.iter_mut().zip(look.deflections_m.iter().zip(&other.deflections_m)) {
-                *found = [found[0].max((own_m - other_m).abs()), found[1].max(other_m.abs())];
+                *found = [found[0].max((own_m - other_m).abs()), found[1].max(own_m.abs()).max(other_m.abs())];
             }
             until_s = Some(run.time_s());
         }
@@ -130,6 +135,22 @@ impl StepError {
         let of_peak = |found: DeflectionError| (found.of_peak, format!("of the {}'s peak deflection", found.link));
         let (size, unit) = angle.or_else(|| self.deflection.map(of_peak))?;
         (size > LARGEST).then_some(LargeError { size, unit })
+    }
+
+    /// A sentence on an error with which the motion is lost.
+    pub(super) fn lost(self) -> Option<String> {
+        let shorten = "in this run: shorten the step until it no longer does; if it always does,";
+        match self {
+            StepError { half_diverged_s: Some(_), .. } => None,
+            StepError { angle_rad: Some(angle_rad), .. } => (angle_rad > LOST_RAD).then(|| {
+                format!("with half the step, the first link's angle differs by up to {angle_rad:.1e} rad {shorten} the motion is chaotic")
+            }),
+            StepError { deflection: Some(DeflectionError { link, of_peak, .. }), .. } => (of_peak > LOST_OF_PEAK).then(|| {
+                let differs = format!("with half the step, the {link}'s deflection differs by up to {:.0} % of its peak", 100.0 * of_peak);
+                format!("{differs} {shorten} an undamped vibration is out of step")
+            }),
+            StepError { .. } => None,
+        }
     }
 }
 

@@ -74,15 +74,28 @@ pub(super) const LONG_PULSE_S: f64 = 10.0;
 pub(super) struct GivenDuration {
     /// In seconds.
     pub duration_s: f64,
-    /// Whether it was a number alone.
-    pub is_bare: bool,
+    /// What a long duration may be owed to, with its number.
+    doubt: Option<(Doubt, f64)>,
+}
+
+/// What a long duration may be owed to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Doubt {
+    /// It was a number alone, and may be meant in ms.
+    NoUnit,
+    /// Its unit was `m`, minutes, and may be meant as ms.
+    Minutes,
 }
 
 impl GivenDuration {
-    /// A warning of a pulse's long duration without a unit, of this name.
+    /// A warning of a pulse's long duration whose unit is in doubt, of this name.
     pub(super) fn suspect_pulse(self, name: &str) -> Option<String> {
-        let given = figure(self.duration_s);
-        (self.is_bare && self.duration_s >= LONG_PULSE_S).then(|| format!("{name} {given} has no unit: that is {given} s"))
+        let long = figure(self.duration_s);
+        let (doubt, number) = self.doubt.filter(|_| self.duration_s >= LONG_PULSE_S)?;
+        Some(match doubt {
+            Doubt::NoUnit => format!("{name} {long} has no unit: that is {long} s"),
+            Doubt::Minutes => format!("{name} {0}m is {0} min, {long} s; milliseconds are {0}ms", figure(number)),
+        })
     }
 }
 
@@ -90,7 +103,9 @@ impl GivenDuration {
 /// delay.
 pub(super) fn pulse_duration(text: &str) -> Result<GivenDuration, String> {
     let duration_s = time_within(text, 1e-9, 3600.0, "1ns to 1h")?;
-    Ok(GivenDuration { duration_s, is_bare: finite(text).is_some() })
+    let minutes = || text.trim().strip_suffix('m').and_then(|number| finite(number.trim()));
+    let doubt = finite(text).map(|number| (Doubt::NoUnit, number)).or_else(|| Some((Doubt::Minutes, minutes()?)));
+    Ok(GivenDuration { duration_s, doubt })
 }
 
 /// The delay of a pulse, s.

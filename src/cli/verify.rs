@@ -13,6 +13,7 @@ use super::failure::CommandResult;
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
+use super::signals::interruption_leaves_nothing;
 use crate::recording::RecordingError;
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
@@ -79,6 +80,7 @@ struct FindingLine {
 }
 
 pub(super) fn verify(args: &Args) -> CommandResult {
+    interruption_leaves_nothing();
     let mut gravest = ExitStatus::Success;
     for file in &args.files {
         let status = match VerifiedSession::of(file) {

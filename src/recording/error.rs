@@ -138,8 +138,10 @@ fn why(path: &Path, cause: &std::io::Error) -> String {
 /// Names what the file is, if it is not MCAP and that can be told.
 fn instead_of_mcap(path: &Path) -> String {
     let ends_as_mcap = || path.is_file() && open(path).is_ok_and(|mut file| is_closed(&mut file).unwrap_or(false));
+    let is_empty = || path.metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
     match toml_hint(path) {
         Some(hint) => format!(", but {hint}"),
+        None if is_empty() => ": the file is empty".to_owned(),
         None if ends_as_mcap() => {
             ", but it ends like one: its beginning is lost, and `flexcrank recover` saves what follows".to_owned()
         }

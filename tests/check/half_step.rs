@@ -61,3 +61,24 @@ fn regress_rounding_is_no_deflection() -> Tried<()> {
     assert!(out.contains(" bends by 0 m: set beam.axial = true\n") && !out.contains("no step from"), "{out}");
     Ok(())
 }
+
+/// A step of half the period in which its rod bends: `sound`, with an error of 65 % of the rod's deflection.
+#[test]
+fn regress_a_deflection_that_depends_on_the_step_is_not_sound() -> Tried<()> {
+    let rod = "[rod]\nlength_m = 0.3\nsection = { shape = \"rectangle\", width_m = 0.01, height_m = 0.01 }\ndensity_kg_per_m3 = 7850.0\n\
+               youngs_modulus_pa = 2.1e11\nelements = 8\nmodes = 3\n";
+    let turned =
+        "[crank]\nlength_m = 0.05\nmass_kg = 0.2\nrigid = true\n[slider]\nmass_kg = 0.2\n[drive]\nspeed_rad_per_s = 500\n";
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("fast.toml");
+    fs::write(&path, format!("{rod}{turned}"))?;
+    let path = path.to_str().ok_or("no path")?;
+    let (out, said) = checked(path, &["solver.step_s=0.002"], &[])?;
+    assert!(out.contains("fast.toml: valid, but its result depends on the step\n"), "{out}");
+    let warning =
+        "warning: with half the step, the rod's deflection differs by up to 65 % of its peak in this run: shorten the step";
+    assert!(said.contains(warning), "{said}");
+    let (out, said) = checked(path, &["solver.step_s=2e-5"], &[])?;
+    assert!(out.contains("fast.toml: sound\n") && !said.contains("with half the step"), "{out}{said}");
+    Ok(())
+}

@@ -142,3 +142,16 @@ fn regress_a_largest_response_that_is_no_resonance_or_no_small_motion_is_named()
     }
     Ok(())
 }
+
+/// A slider in its dead centre does not move with the crank. It was largest at the lowest frequency, in phase.
+#[test]
+fn regress_an_output_that_the_input_does_not_move_is_largest_nowhere() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (code, told, said) = flexcrank(folder.path(), "response crank-slider --output crank_angle_rad,slider_m --angle 0")?;
+    assert_eq!(code, Some(0), "{said}");
+    let slider: Vec<&str> = told.lines().filter(|line| line.trim_start().starts_with("slider_m")).collect();
+    let row: Vec<&str> = slider.first().ok_or("no row")?.split_whitespace().collect();
+    assert_eq!(row, ["slider_m", "0", "–", "–", "0", "–", "0"], "{told}");
+    assert_eq!(slider.get(1), Some(&"  slider_m: not moved by torque_nm in small motion about this state"), "{told}");
+    Ok(())
+}

@@ -9,6 +9,9 @@ use crate::nearest::did_you_mean_column;
 use crate::shown::shown_name;
 use crate::wire::{Message, NodeState, Shadow, Stamp, Status, Topic};
 
+/// Lists of messages, whose names `export` sets before those of links, nodes, joints and elements.
+const LISTS: [&str; 4] = ["links", "nodes", "joints", "elements"];
+
 /// The chosen signals; none stands for all.
 #[derive(Debug, Default)]
 pub(super) struct ChosenSignals {
@@ -77,8 +80,10 @@ impl ChosenSignals {
                 silent.chunk()
             ))),
             None => {
-                let near = did_you_mean_column(name, self.seen.names());
-                let hint = if near.is_empty() { "; `watch --plain --json` prints all by name" } else { &near };
+                let near = |name| Some(did_you_mean_column(name, self.seen.names())).filter(|near| !near.is_empty());
+                let without_list = || near(name.split_once('.').filter(|(list, _)| LISTS.contains(list))?.1);
+                let hint = near(name).or_else(without_list);
+                let hint = hint.unwrap_or_else(|| "; `watch --plain --json` prints all by name".to_owned());
                 Some(Failure::Usage(format!("no signal `{shown}`{hint}")))
             }
         }
@@ -143,7 +148,9 @@ mod tests {
         let node = |index| NodeState { link: "beam".to_owned(), index, deflection_m: Some(0.0), ..NodeState::default() };
         let nodes = (0..=12).map(node).collect();
         let displacements = Message::Displacements(Box::new(Displacements { nodes, ..Displacements::default() }));
-        for (name, near) in [("tip.y_m", "beam.12.y_m"), ("beam.deflection_m", "beam.6.deflection_m")] {
+        for (name, near) in
+            [("tip.y_m", "beam.12.y_m"), ("beam.deflection_m", "beam.6.deflection_m"), ("nodes.beam.8.dy_m", "beam.8.y_m")]
+        {
             let mut chosen = chosen(&[name]);
             chosen.add(&displacements);
             let judged = chosen.are_there(Duration::ZERO);

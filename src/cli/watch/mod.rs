@@ -66,6 +66,7 @@ pub(super) struct Args {
     #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
     /// Draw these signals over time, or with --plain print only these: named as by export, with or without the name of the list.
+    /// Of nodes, places and deflections are there; `watch --plain --json` prints all signals by name.
     /// slider.x_m and slider.vx_m_per_s are names of watch alone, for the last node of the rod.
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,

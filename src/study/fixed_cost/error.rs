@@ -15,6 +15,15 @@ pub enum NotRated {
     /// The scene refuses the test pulse.
     #[error("the scene refuses the pulse that tests its steps: {0}")]
     Pulse(PulseRefused),
+    /// Nothing moves, so that every number is as good.
+    #[error(
+        "nothing moves in this scene within {until_s} s, which any number of corrections computes: give it pulses, a torque, a start \
+         rate or a [drive] like those that it will have, or name solver.corrections as found with them"
+    )]
+    Still {
+        /// Simulated duration, s.
+        until_s: f64,
+    },
     /// The iteration with one matrix a step does not converge.
     #[error(
         "no steps of fixed cost: {MOST_CORRECTIONS} corrections a stage do not suffice, because one matrix a step does not serve \

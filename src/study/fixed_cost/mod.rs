@@ -28,7 +28,7 @@ pub struct Rating {
     pub tolerance: Option<f64>,
     /// Simulated duration of each trial, s.
     pub until_s: f64,
-    /// The scene as it stands, and with a test pulse if torque acts on it.
+    /// The scene as it stands, and with a test pulse if torque acts on it; those in which something moves.
     pub trials: Vec<TrialErrors>,
     /// Unit of the errors: of an angle, or of a deflection over the link's length; or of a displacement.
     pub unit: &'static str,
@@ -50,7 +50,12 @@ pub fn rate(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Rating, No
     let most = if scene.solver.iterates() { MOST_CORRECTIONS } else { 0 };
     progress(most);
     let trials = pulses.into_iter().flatten().map(|pulse| Trial::new(&scene, window, pulse, most));
-    let trials = trials.collect::<Result<Vec<_>, _>>()?;
+    let mut trials = trials.collect::<Result<Vec<_>, _>>()?;
+    // At rest, every number suffices, and errors are rounding.
+    trials.retain(Trial::moves);
+    if trials.is_empty() {
+        return Err(NotRated::Still { until_s: window.until_s() });
+    }
     for corrections in most.min(1)..=most {
         progress(corrections);
         // A run that diverges has too few.
@@ -113,6 +118,24 @@ impl fmt::Display for Rating {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SceneSource;
+
+    fn rated(overrides: &[&str]) -> Result<Rating, NotRated> {
+        let overrides: Vec<String> = overrides.iter().map(|change| (*change).to_owned()).collect();
+        rate(&SceneSource::open("crank-slider", &overrides).unwrap().scene, &mut |_| ())
+    }
+
+    /// One correction was "the least that suffices" for a scene at rest, and a pulse then ended the run; under weight, rounding asked
+    /// for twenty.
+    #[test]
+    fn regress_a_scene_at_rest_is_not_rated() {
+        assert_eq!(rated(&["pulse=[]"]), Err(NotRated::Still { until_s: 2.0 }));
+        let under_weight = ["pulse=[]", "drive.speed_rad_per_s=0", "gravity.y_m_per_s2=-9.81", "start.static_equilibrium=true"];
+        assert_eq!(rated(&under_weight), Err(NotRated::Still { until_s: 2.0 }));
+        // The scene's pulse comes after the trial, and the test pulse in it.
+        let late = rated(&["solver.step_s=1e-4", "pulse.0.start_s=1.9"]).unwrap();
+        assert!(late.trials.len() == 1 && late.trials.iter().all(|trial| trial.pulse.is_some()), "{late}");
+    }
 
     #[test]
     fn val_tolerances_have_two_digits() {

@@ -15,6 +15,8 @@ const INSTANTS: usize = 200;
 /// Place of the test pulse in the window, and its duration where the scene has no pulse, as parts of the window.
 const PULSE_AT: f64 = 0.4;
 const PULSE_FOR: f64 = 0.1;
+/// What changes by less stands still: an angle in rad, a deflection as a part of its link's length, a mass in m.
+const STILL: f64 = 1e-10;
 /// Parts of a step by which the test pulse begins and ends inside one.
 const BEGINS_INSIDE: f64 = 0.37;
 const ENDS_INSIDE: f64 = 0.41;
@@ -104,6 +106,13 @@ impl Trial {
             return Err(NotRated::TooSlow);
         }
         Ok(Trial { window, pulse, converged, settled: settled.0, of_step })
+    }
+
+    /// Whether anything moves by more than rounding.
+    pub(super) fn moves(&self) -> bool {
+        let Some(first) = self.converged.first() else { return false };
+        let differs = |sample: &Vec<f64>| sample.iter().zip(first).any(|(now, before)| (now - before).abs() > STILL);
+        self.converged.iter().any(differs)
     }
 
     pub(super) fn errors(&self, scene: &Scene, corrections: usize) -> Result<TrialErrors, Diverged> {

@@ -76,6 +76,8 @@ impl Campaign {
         let shared = Sha256::new()
             .chain_update(concat!("flexcrank ", env!("CARGO_PKG_VERSION"), " sweep 1\n"))
             .chain_update(format!("until_s={:?}\nmax_steps={}\n", spec.until_s, spec.max_steps))
+            // Rows of campaigns without it keep their ids.
+            .chain_update(if spec.from_s > 0.0 { format!("from_s={:?}\n", spec.from_s) } else { String::new() })
             .chain_update(&base.text);
         let mut campaign = Campaign { columns: columns(&base.scene), spec, base, shared };
         // Values that vary may give an open chain its end.
@@ -203,7 +205,7 @@ impl Campaign {
 
     /// Runs a sample; `None` if `stop` asked for an end before.
     pub(super) fn run(&self, sample: &Sample, stop: &dyn Fn() -> bool) -> Option<Outcome> {
-        let limits = Limits { until_s: self.spec.until_s, max_steps: self.spec.max_steps };
+        let limits = Limits { from_s: self.spec.from_s, until_s: self.spec.until_s, max_steps: self.spec.max_steps };
         // The values of a sample stand in the specification, not on the command line.
         let in_spec = |mut refused: SceneError| {
             let hint = self.range_hint(&refused);

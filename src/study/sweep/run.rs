@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::scalars::{Instant, Scalars};
+use super::scalars::{Instant, Place, Scalars};
 use crate::integrate::Effort;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::shown::figure;
@@ -108,6 +108,8 @@ pub(super) fn columns(scene: &Scene) -> Vec<Column> {
 /// Limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Limits {
+    /// Simulated time from which scalars are taken.
+    pub from_s: f64,
     pub until_s: f64,
     pub max_steps: u64,
 }
@@ -163,24 +165,44 @@ fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Ou
         let step_s = figure(step_s);
         return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
     }
-    let mut scalars = Scalars::new(scene);
-    scalars.read(&Instant { torque_nm: simulation.take_mean_torque_nm(), seen: simulation.observation() }, true);
+    let mut read = Reading { scalars: Scalars::new(scene), from_s: limits.from_s - 1e-6 * step_s, is_begun: false };
+    let torque_nm = simulation.take_mean_torque_nm();
+    read.at(simulation.time_s(), &Instant { torque_nm, seen: simulation.observation() });
     let mut cost = Cost::default();
     let mut diverged = None;
     while (simulation.step_count() as f64) < steps && diverged.is_none() {
         if stop() {
             return Err(Failed::Stopped);
         }
-        diverged = step(&mut simulation, &mut scalars, &mut cost).err();
+        diverged = step(&mut simulation, &mut read, &mut cost).err();
     }
-    Ok(outcome(&simulation, &scalars, &cost, diverged))
+    Ok(outcome(&simulation, &read.scalars, &cost, diverged))
 }
 
-fn step(simulation: &mut Simulation, scalars: &mut Scalars, cost: &mut Cost) -> Result<(), Diverged> {
+/// The scalars of a run, from a time on.
+struct Reading {
+    scalars: Scalars,
+    from_s: f64,
+    is_begun: bool,
+}
+
+impl Reading {
+    fn at(&mut self, time_s: f64, now: &Instant) {
+        let place = match (time_s >= self.from_s, self.is_begun) {
+            (false, _) => Place::Before,
+            (true, false) => Place::Start,
+            (true, true) => Place::After,
+        };
+        self.is_begun |= place == Place::Start;
+        self.scalars.read(now, place);
+    }
+}
+
+fn step(simulation: &mut Simulation, read: &mut Reading, cost: &mut Cost) -> Result<(), Diverged> {
     simulation.step()?;
     cost.add(simulation.effort());
-    let torque_nm = simulation.take_mean_torque_nm();
-    scalars.read(&Instant { seen: simulation.observe()?, torque_nm }, false);
+    let (time_s, torque_nm) = (simulation.time_s(), simulation.take_mean_torque_nm());
+    read.at(time_s, &Instant { seen: simulation.observe()?, torque_nm });
     Ok(())
 }
 
@@ -238,7 +260,7 @@ mod tests {
         let overrides: Vec<String> = overrides.iter().map(|change| (*change).to_owned()).collect();
         let base = SceneSource::open("thesis-crank-slider", &[]).unwrap();
         let columns = columns(&base.scene).len();
-        let limits = Limits { until_s: 22.8, max_steps };
+        let limits = Limits { from_s: 0.0, until_s: 22.8, max_steps };
         run(|| SceneSource::parse("test", &base.text, &overrides), limits, columns, &|| false).unwrap()
     }
 
@@ -247,7 +269,7 @@ mod tests {
     fn regress_a_run_shorter_than_its_step_is_refused_as_run_does() {
         let run_with = |step_s: f64, until_s: f64| {
             let base = SceneSource::open("thesis-oscillator", &[]).unwrap();
-            let (columns, limits) = (columns(&base.scene).len(), Limits { until_s, max_steps: 1000 });
+            let (columns, limits) = (columns(&base.scene).len(), Limits { from_s: 0.0, until_s, max_steps: 1000 });
             let change = format!("solver.step_s={step_s}");
             run(|| SceneSource::parse("test", &base.text, &[change]), limits, columns, &|| false).unwrap()
         };
@@ -258,6 +280,44 @@ mod tests {
         for (step_s, until_s, steps) in [(0.1, 0.1, 1.0), (0.1, 0.1 - 1e-12, 1.0), (0.3, 1.0, 4.0)] {
             assert_eq!(run_with(step_s, until_s).numbers[0], Some(steps), "{until_s} s in steps of {step_s} s");
         }
+    }
+
+    /// The rate of a half-cosine ramp from 0 to Ω over T is Ω/2 on average: over 2 T, the mean is 3 Ω/4; from T on, it is Ω.
+    #[test]
+    fn val_scalars_from_a_time_on_are_those_of_the_steady_motion() {
+        let links = "[crank]\nlength_m = 0.1\nmass_kg = 0.1\n[rod]\nlength_m = 0.3\nmass_kg = 0.2\n[slider]\nmass_kg = 0.3\n";
+        let solver = "[drive]\nramp = { to_rad_per_s = 10.0, over_s = 0.5 }\n[solver]\nmodel = \"rigid\"\nstep_s = 1e-3\n";
+        let ramped = || SceneSource::parse("ramped.toml", &format!("{links}{solver}"), &[]);
+        let columns = columns(&ramped().unwrap().scene);
+        let mean_from = |from_s: f64| {
+            let limits = Limits { from_s, until_s: 1.0, max_steps: 10_000 };
+            let ended = run(ramped, limits, columns.len(), &|| false).unwrap();
+            let mean = columns.iter().position(|column| column.name == "crank_mean_rate_rad_per_s").unwrap();
+            (ended.ending, ended.numbers[mean].unwrap())
+        };
+        let (whole, steady) = (mean_from(0.0), mean_from(0.5));
+        assert!(whole.0 == Ending::Done && (whole.1 - 7.5).abs() < 0.01, "{whole:?}");
+        assert!(steady.0 == Ending::Done && (steady.1 - 10.0).abs() < 1e-9, "{steady:?}");
+    }
+
+    /// What was before counts for the trust in a run, and for no other scalar.
+    #[test]
+    fn prop_nothing_before_is_read_but_how_far_a_link_bends() {
+        let strip = "[beam]\nlength_m = 0.5\nelements = 4\ndensity_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.1e11\n";
+        let struck = "area_m2 = 1e-5\nsecond_moment_m4 = 8.3e-13\n[[pulse]]\nstart_s = 0.0\nduration_s = 0.02\ntorque_nm = 0.5\n";
+        let solver = "[solver]\nmodel = \"modal\"\nstep_s = 1e-4\n";
+        let bent = || SceneSource::parse("bent.toml", &format!("{strip}{struck}{solver}"), &[]);
+        let columns = columns(&bent().unwrap().scene);
+        let scalar = |from_s: f64, name: &str| {
+            let limits = Limits { from_s, until_s: 0.2, max_steps: 10_000 };
+            let ended = run(bent, limits, columns.len(), &|| false).unwrap();
+            assert_eq!(ended.ending, Ending::Done, "{}", ended.cause);
+            ended.numbers[columns.iter().position(|column| column.name == name).unwrap()]
+        };
+        assert!(scalar(0.0, "peak_out_of_range") > Some(0.0));
+        assert_eq!(scalar(0.0, "peak_out_of_range"), scalar(0.19, "peak_out_of_range"));
+        assert_eq!(scalar(0.0, "final_energy_j"), scalar(0.19, "final_energy_j"));
+        assert!(scalar(0.0, "peak_strain_j") > scalar(0.19, "peak_strain_j"));
     }
 
     #[test]
@@ -275,8 +335,12 @@ mod tests {
         assert!(refused.ending == Ending::Refused && refused.cause.contains("rod.length_m = -1"), "{refused:?}");
         let long = run_of(&[], 100);
         assert!(long.ending == Ending::Refused && long.cause.contains("max_steps = 100"), "{long:?}");
-        let panicked = run(|| panic!("a fault of the program"), Limits { until_s: 1.0, max_steps: 1 }, 3, &|| false).unwrap();
+        let panicked =
+            run(|| panic!("a fault of the program"), Limits { from_s: 0.0, until_s: 1.0, max_steps: 1 }, 3, &|| false).unwrap();
         assert_eq!((panicked.ending, panicked.cause.as_str()), (Ending::Panicked, "a fault of the program"));
-        assert_eq!(run(|| SceneSource::open("crank-slider", &[]), Limits { until_s: 1.0, max_steps: 1000 }, 3, &|| true), None);
+        assert_eq!(
+            run(|| SceneSource::open("crank-slider", &[]), Limits { from_s: 0.0, until_s: 1.0, max_steps: 1000 }, 3, &|| true),
+            None
+        );
     }
 }

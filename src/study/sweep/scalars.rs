@@ -13,6 +13,17 @@ pub(super) struct Instant<'a> {
     pub torque_nm: f64,
 }
 
+/// Where an instant lies in the part of a run whose scalars are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Before it.
+    Before,
+    /// At its start: not the end of one of its steps.
+    Start,
+    /// At the end of one of its steps.
+    After,
+}
+
 /// A statistic over the instants of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Statistic {
@@ -49,6 +60,8 @@ struct Quantity {
     statistics: &'static [Statistic],
     read: Read,
     tally: Tally,
+    /// Whether it counts before the time from which scalars are taken, too.
+    of_whole_run: bool,
 }
 
 /// Everything that any statistic needs. A quantity that is unknown at one instant is unknown.
@@ -63,7 +76,8 @@ struct Tally {
 }
 
 impl Tally {
-    const EMPTY: Tally = Tally { known: true, count: 0, sum: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY, last: 0.0 };
+    const EMPTY: Tally =
+        Tally { known: true, count: 0, sum: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY, last: f64::NAN };
 
     fn add(&mut self, value: Option<f64>, is_start: bool) {
         let Some(value) = value else {
@@ -107,6 +121,8 @@ impl Scalars {
         all.push("", "kinetic_j", &[Peak], |now| Some(now.seen.energy.kinetic_j));
         all.push("", "strain_j", &[Peak], |now| now.seen.energy.strain_j);
         all.push("", "out_of_range", &[Peak], |now| Some(now.seen.out_of_range.unwrap_or(0.0)));
+        // What the model did not cover before is not made good later.
+        all.0.iter_mut().filter(|quantity| quantity.name == "out_of_range").for_each(|quantity| quantity.of_whole_run = true);
         all
     }
 
@@ -120,9 +136,10 @@ impl Scalars {
     }
 
     /// Reads an instant.
-    pub fn read(&mut self, now: &Instant, is_start: bool) {
-        for quantity in &mut self.0 {
-            quantity.tally.add((quantity.read)(now), is_start);
+    pub fn read(&mut self, now: &Instant, place: Place) {
+        let counts = |quantity: &&mut Quantity| place != Place::Before || quantity.of_whole_run;
+        for quantity in self.0.iter_mut().filter(counts) {
+            quantity.tally.add((quantity.read)(now), place != Place::After);
         }
     }
 
@@ -138,7 +155,14 @@ impl Scalars {
         statistics: &'static [Statistic],
         read: impl Fn(&Instant) -> Option<f64> + 'static,
     ) {
-        self.0.push(Quantity { of: of.to_owned(), name, statistics, read: Box::new(read), tally: Tally::EMPTY });
+        self.0.push(Quantity {
+            of: of.to_owned(),
+            name,
+            statistics,
+            read: Box::new(read),
+            tally: Tally::EMPTY,
+            of_whole_run: false,
+        });
     }
 
     fn link(&mut self, place: usize, link: &Link) {

@@ -82,6 +82,8 @@ pub struct Spec {
     pub set: Vec<String>,
     /// Pulses added to the scene's own, as TOML.
     pub pulses: String,
+    /// Simulated time from which scalars are taken, s.
+    pub from_s: f64,
     /// Simulated time of each run, s.
     pub until_s: f64,
     /// Most steps of a run.
@@ -104,6 +106,8 @@ struct RawSpec {
     scene: String,
     #[serde(default)]
     set: Vec<String>,
+    #[serde(default)]
+    from_s: f64,
     until_s: f64,
     max_steps: Option<u64>,
     method: Method,
@@ -269,6 +273,11 @@ impl RawSpec {
         if !(self.until_s > 0.0 && self.until_s <= 1e9) {
             return Err(format!("until_s = {:?}: must be a time above 0, at most 1e9 s", self.until_s).into());
         }
+        if !(self.from_s >= 0.0 && self.from_s < self.until_s) {
+            return Err(
+                format!("from_s = {:?}: must be a time from 0 on, before until_s = {:?}", self.from_s, self.until_s).into()
+            );
+        }
         if self.vary.is_empty() || self.vary.len() > MOST_KEYS {
             return Err(format!("vary: 1 to {MOST_KEYS} keys vary, each in a table [[vary]]").into());
         }
@@ -287,6 +296,7 @@ impl RawSpec {
             pulses: pulses(&self.pulse)?,
             scene: self.scene,
             set: self.set,
+            from_s: self.from_s,
             until_s: self.until_s,
             max_steps: self.max_steps.unwrap_or(MOST_STEPS).max(1),
             method: self.method,
