@@ -66,7 +66,7 @@ impl Unfinished {
         let (prefix, permissions) = (format!("{}.", kept_name(path)), Permissions::from_mode(0o666));
         let mut files = files();
         let created = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder);
-        let file = created.map_err(|refused| of_system(refused, folder))?;
+        let file = created.map_err(|refused| not_made(of_system(refused), path))?;
         let (file, path) = file.into_parts();
         Ok((file, Self::among(&mut files, path)?))
     }
@@ -99,18 +99,30 @@ impl Drop for Unfinished {
     }
 }
 
-/// The error of the system in one that also names the unfinished file, which nobody has heard of. What is not there, or not permitted,
-/// is the folder's part.
-fn of_system(error: io::Error, folder: &Path) -> io::Error {
+/// The error of the system in one that also names the unfinished file, which nobody has heard of.
+fn of_system(error: io::Error) -> io::Error {
     let text = error.to_string();
     let (cause, _) = text.split_once(" at path ").unwrap_or((&text, ""));
+    io::Error::new(error.kind(), cause.to_owned())
+}
+
+/// The error of making a file or a folder in one that names the folder around it, if that is at fault.
+pub(crate) fn not_made(error: io::Error, path: &Path) -> io::Error {
+    let around = path.ancestors().skip(1).map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let folder = around.clone().find(|folder| folder.is_dir());
     let is_of_folder = match error.kind() {
         io::ErrorKind::PermissionDenied => true,
-        io::ErrorKind::NotFound => folder.is_dir(),
+        // As in /proc.
+        io::ErrorKind::NotFound => folder == around.clone().next(),
         _ => false,
     };
-    let of_folder = if is_of_folder { ": no file can be made in this folder" } else { "" };
-    io::Error::new(error.kind(), format!("{cause}{of_folder}"))
+    match folder.filter(|_| is_of_folder) {
+        Some(folder) => {
+            let folder = if folder == Path::new(".") { "this folder".to_owned() } else { folder.display().to_string() };
+            io::Error::new(error.kind(), format!("{error}: nothing can be made in {folder}"))
+        }
+        None => error,
+    }
 }
 
 /// A file in the making. Dropping it without [`finish`](WholeFile::finish) deletes it.

@@ -230,7 +230,7 @@ fn regress_overrides_of_lists_are_refused_in_words() {
         ("nosuch.0.key=1", "--set nosuch.0.key=1: nosuch: unknown key (known here: crank, "),
         ("pulses.0.torque_nm=5", "pulses: unknown key; did you mean `pulse`?"),
         ("levels.0.name=x", "levels: unknown key; did you mean `level`?"),
-        ("level.0.name=x", "`level` has no entries; give all of them, as in --set 'level=[{ … }]'"),
+        ("level.0.name=x", "`level` has no entries; give all of them, as in 'level=[{ … }]'"),
         ("crank.0=5", "crank: must be a table"),
         ("crank=1", "crank = 1: must be a table"),
         ("rod.elements=\"four\"", "must be a whole number"),

@@ -48,11 +48,11 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     the balance of energies. The \
     step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
-    deflection in a link's middle, with a warning beyond half its peak. The suggested step resolves the lowest frequency at which a \
+    deflection in a link's middle, with a warning beyond half its peak; of an oscillator, that of a mass from the exact solution. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
     error in a period, and the shortest load of a resistance_table, which takes 10 steps to pass at half its height. A run of \
     that duration takes at least 100 of these steps, keeps the balance within \
-    solver.balance_tolerance, and has a step error of at most 0.01 rad, or of 0.01 of a deflection's peak. A longer run may \
+    solver.balance_tolerance, and has a step error of at most 0.01 rad, or of 0.01 of the peak of a deflection or a mass. A longer run may \
     not: see --until. If no step is found with so small an error, as in chaotic motion, the line `suggested` says so; \
     `trade` measures which step suffices.
 
@@ -67,11 +67,11 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     a crank-slider, it is also recommended where it is more than 0.05 % of the crank's length. The stroke changes by \
     up to that part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
 
---json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
+--json prints one object: scene, finding (the first line of the text), model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
     step_error_rad (largest change of the first link's angle as the step is halved), \
     half_step_diverges_s (when a run with half the step diverges), step_error_of_deflection (with a [drive]: \
-    largest change of the deflection in a link's middle, over its peak in either run), out_of_range (largest slope of a link \
+    largest change of the deflection in a link's middle, over its peak in either run), step_error_of_mass (of an oscillator: largest error of a mass, over its peak), out_of_range (largest slope of a link \
     from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
     end: until_s, two_turns_s), shortening (link, \
@@ -114,6 +114,7 @@ pub(super) struct Args {
 #[derive(Serialize)]
 struct Checked {
     scene: String,
+    finding: &'static str,
     model: &'static str,
     integrator: &'static str,
     step_s: f64,
@@ -127,6 +128,7 @@ struct Checked {
     step_error_rad: Option<f64>,
     half_step_diverges_s: Option<f64>,
     step_error_of_deflection: Option<f64>,
+    step_error_of_mass: Option<f64>,
     out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
     real_time_factor: Option<f64>,
@@ -179,6 +181,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let known_error = step_error.filter(|error| error.half_diverged_s.is_none());
     let checked = Checked {
         scene: source.origin.clone(),
+        finding: finding(&trial, step_error),
         model: scene.solver.model.as_str(),
         integrator: scene.solver.integrator.as_str(),
         step_s: scene.solver.step_s,
@@ -193,6 +196,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         step_error_rad: known_error.and_then(|error| error.angle_rad),
         half_step_diverges_s: step_error.and_then(|error| error.half_diverged_s),
         step_error_of_deflection: known_error.and_then(|error| error.deflection).map(|error| error.of_peak),
+        step_error_of_mass: step_error.and_then(|error| error.mass).map(|error| error.of_peak),
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
@@ -252,6 +256,19 @@ pub(super) fn check(args: &Args) -> CommandResult {
     }
 }
 
+/// What was found, in a few words.
+fn finding(trial: &Trial, step_error: Option<StepError>) -> &'static str {
+    match trial.verdict {
+        Err(_) => "valid, but it diverges",
+        Ok(_) if step_error.is_some_and(|error| error.half_diverged_s.is_some()) => "valid, but with half the step it diverges",
+        Ok(EnergyVerdict::Unbalanced { .. }) => "valid, but not to be trusted at its step",
+        Ok(_) if trial.out_of_range.is_some() => "valid, but a link bends out of the model's range",
+        Ok(_) if trial.stands_still => "valid; nothing moves in it",
+        Ok(_) if step_error.and_then(StepError::lost).is_some() => "valid, but its result depends on the step",
+        Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
+    }
+}
+
 /// The length of a run that is not asked for: the usual one, or two turns of a slower drive, as far as computing time allows.
 fn unasked_length(scene: &Scene) -> RunLength {
     let usual = RunLength::usual(scene);
@@ -287,20 +304,7 @@ fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
 impl Checked {
     fn print(&self, trial: &Trial, step_error: Option<StepError>, no_modes: Option<NoModes>) -> std::io::Result<()> {
         let mut out = output();
-        let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
-        let finding = match trial.verdict {
-            Err(_) => "valid, but it diverges",
-            Ok(_) if self.half_step_diverges_s.is_some() => "valid, but with half the step it diverges",
-            Ok(EnergyVerdict::Unbalanced { .. }) => "valid, but not to be trusted at its step",
-            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.out_of_range.is_some() => {
-                "valid, but a link bends out of the model's range"
-            }
-            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.stands_still => "valid; nothing moves in it",
-            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if step_error.and_then(StepError::lost).is_some() => {
-                "valid, but its result depends on the step"
-            }
-            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
-        };
+        let Checked { scene, finding, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
         writeln!(out, "{scene}: {finding}")?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
         if let Some(part) = self.looked_at {

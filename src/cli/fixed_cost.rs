@@ -25,8 +25,9 @@ pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource
         NotRated::Still { .. } => Failure::Usage(format!("--fixed-cost: {}: {not}", source.origin)),
         other => Failure::Failed(format!("--fixed-cost: {}: {other}", source.origin)),
     })?;
-    say!("{rating}");
-    Ok(source.with(&rating.keys())?)
+    let keys = rating.keys();
+    say!("{rating}: --set {}", keys.join(" --set "));
+    Ok(source.with(&keys)?)
 }
 
 /// The words of a run that diverged, with its remedy.

@@ -3,7 +3,7 @@
 use super::failure::{CommandResult, Failure};
 use crate::recording::{begins_as_mcap, paths};
 use crate::scene::builtin;
-use crate::whole_file::WholeFile;
+use crate::whole_file::{WholeFile, not_made};
 use std::path::{Path, PathBuf};
 
 pub(super) fn may_be_folder(path: &Path) -> CommandResult<()> {
@@ -128,7 +128,7 @@ pub(super) fn must_hold_recordings(folder: &Path, remedy: &str) -> CommandResult
 pub(super) fn make_folder(path: &Path) -> CommandResult<()> {
     may_be_folder(path)?;
     must_have_folder(path)?;
-    std::fs::create_dir_all(path).map_err(Failure::file(path))
+    std::fs::create_dir_all(path).map_err(|refused| Failure::file(path)(not_made(refused, path)))
 }
 
 #[cfg(test)]

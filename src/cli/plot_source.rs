@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::acceleration_sampling::{ACCELERATION, rare_accelerations};
 use super::failure::{CommandResult, Failure};
+use super::formatting::counted;
 use super::sample_intervals::regular_s;
 use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
@@ -14,6 +15,7 @@ use crate::scene::{Drive, ModelKind, Scene, SceneSource, toml_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::small_motion::{NormalMode, NormalModes, Part, Share, Subject};
 use crate::study::Table;
+use crate::study::sweep::is_trusted_row;
 use crate::study::trade::INTERRUPTED;
 use crate::text_file;
 use crate::wire::Topic;
@@ -321,8 +323,26 @@ fn csv_table(path: &Path) -> CommandResult<Table> {
             let (file, name) = (path.display(), shown_name(name));
             Err(Failure::Failed(format!("{file}: several columns have the name `{name}`: give each a name of its own")))
         }
-        None => Ok(table),
+        None => without_failed_runs(path, table),
     }
+}
+
+/// The table of a campaign without the runs that did not end well, or are not to be trusted, as `sweep --plot` draws it; other tables as
+/// they are.
+fn without_failed_runs(path: &Path, mut table: Table) -> CommandResult<Table> {
+    let Some((endings, verdicts)) = table.words("ending").zip(table.words("verdict")) else { return Ok(table) };
+    let is_kept: Vec<bool> = endings.iter().zip(verdicts).map(|(ending, verdict)| is_trusted_row(ending, verdict)).collect();
+    let left_out = is_kept.iter().filter(|is_kept| !**is_kept).count();
+    if left_out == is_kept.len() {
+        let why = "nothing to draw: no run ended well and can be trusted; see the columns `ending`, `cause` and `verdict`";
+        return Err(Failure::Failed(format!("{}: {why}", path.display())));
+    }
+    if left_out > 0 {
+        let runs = counted(left_out as u64, "run");
+        say!("warning: {}: {runs} not drawn: failed, or not to be trusted (columns `ending` and `verdict`)", path.display());
+    }
+    table.keep_rows(&is_kept);
+    Ok(table)
 }
 
 /// A name that several columns of a table have; those without contents do not count, as of empty columns beside the others.

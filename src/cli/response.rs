@@ -83,7 +83,7 @@ pub(super) struct Args {
     pub step_csv: Option<PathBuf>,
 }
 
-/// The place of the largest value of an output that is 0 everywhere.
+/// The place of the largest value of an output that does not move.
 const NOWHERE: &str = "–";
 
 /// Both responses of the outputs chosen.
@@ -154,7 +154,9 @@ impl Args {
             names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
         };
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
-        let over_frequency = OverFrequency::new(space, (input, &outputs), frequencies_hz(range_hz, natural), natural);
+        let length_m = linear.chosen.subject.chain().map_or(0.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
+        let frequencies_hz = frequencies_hz(range_hz, natural);
+        let over_frequency = OverFrequency::new(space, (input, &outputs), frequencies_hz, (natural, length_m));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
         let fastest_per_s = found.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
@@ -164,7 +166,8 @@ impl Args {
         let is_beyond_small = after_rad.fold(over_frequency.largest_rad, f64::max) > SMALL_RAD;
         let free = FreeMotions::new(space, found);
         let is_unbounded = |output: &&usize| free.let_grow(space, [input, **output]);
-        let unbounded = outputs.iter().filter(is_unbounded).map(|output| space.outputs[*output].clone()).collect();
+        let moved = outputs.iter().zip(&over_frequency.moves).filter(|(_, moves)| **moves).map(|(output, _)| output);
+        let unbounded = moved.filter(is_unbounded).map(|output| space.outputs[*output].clone()).collect();
         Ok(Responses {
             is_free: found.iter().any(|mode| mode.eigenvalue.norm() == 0.0),
             unbounded,
@@ -264,7 +267,7 @@ impl Responses {
             let end = self.after_step.samples[k].last().copied().unwrap_or(f64::NAN);
             let at_hz = figure(self.over_frequency.frequencies_hz[at]);
             let [at_hz, phase, at_s] =
-                [at_hz, phase, figure(step_at_s)].map(|at| if peak > 0.0 { at } else { NOWHERE.to_owned() });
+                [at_hz, phase, figure(step_at_s)].map(|at| if self.over_frequency.moves[k] { at } else { NOWHERE.to_owned() });
             rows.push(vec![name.clone(), figure(peak), at_hz, phase, figure(step), at_s, figure(end)]);
         }
         Ok(print(&rows, 1)?)
@@ -273,8 +276,8 @@ impl Responses {
     /// Prints which of the largest values are no resonance, or between samples, and whether they are beyond small motion.
     fn show_caveats(&self) -> CommandResult<()> {
         let mut out = output();
-        let is_unmoved = |k: &usize| largest(&self.over_frequency.magnitudes[*k]).1 == 0.0;
-        let unmoved: Vec<&str> = (0..self.outputs.len()).filter(is_unmoved).map(|k| self.outputs[k].as_str()).collect();
+        let unmoved = self.outputs.iter().zip(&self.over_frequency.moves).filter(|(_, moves)| !**moves);
+        let unmoved: Vec<&str> = unmoved.map(|(name, _)| name.as_str()).collect();
         if !unmoved.is_empty() {
             writeln!(out, "  {}: not moved by {} in small motion about this state", unmoved.join(", "), self.input)?;
         }
@@ -303,14 +306,10 @@ impl Responses {
         Ok(writeln!(out, "  {sentence}")?)
     }
 
-    /// The outputs that are largest at this frequency; none that is 0 everywhere.
+    /// The outputs that are largest at this frequency, of those that move.
     fn largest_at(&self, place: usize) -> Vec<&str> {
-        let is_there = |values: &[f64]| {
-            let (at, peak) = largest(values);
-            at == place && peak > 0.0
-        };
-        let outputs = self.outputs.iter().zip(&self.over_frequency.magnitudes);
-        outputs.filter(|(_, magnitudes)| is_there(magnitudes)).map(|(name, _)| name.as_str()).collect()
+        let is_there = |k: &usize| self.over_frequency.moves[*k] && largest(&self.over_frequency.magnitudes[*k]).0 == place;
+        (0..self.outputs.len()).filter(is_there).map(|k| self.outputs[k].as_str()).collect()
     }
 
     /// Prints which of the largest values after the step are between samples, of which tables and pictures are made.

@@ -108,6 +108,14 @@ fn tell_endless(args: &Args) {
     }
 }
 
+/// Tells of a shadow whose difference goes nowhere.
+fn tell_unseen(args: &Args) {
+    let is_seen = !args.no_bus || !args.no_record || args.foxglove.is_given();
+    if !is_seen {
+        say!("warning: with --no-bus and --no-record, nobody sees the difference that --shadow computes");
+    }
+}
+
 /// Refuses a run for whose steps nobody can ask.
 fn check_asked(args: &Args) -> CommandResult<()> {
     if args.no_bus && args.pace == Pace::Lockstep && !args.foxglove.has_control() {
@@ -213,6 +221,9 @@ fn member(
     check_levels(args, &scene)?;
     check_spare(args, count)?;
     let second = args.shadow.as_deref().map(|model| second_run(&scene, model)).transpose()?;
+    if second.is_some() && index == 0 {
+        tell_unseen(args);
+    }
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
         (_, true) => None,

@@ -1,4 +1,4 @@
-//! The error of a scene's time step, seen by a run with half of it.
+//! The error of a scene's time step, seen by a run with half of it, or by an oscillator's exact solution.
 
 use std::fmt;
 use std::time::Instant;
@@ -19,13 +19,15 @@ const LOST_OF_PEAK: f64 = 0.5;
 /// A deflection of less than this part of a link's length is rounding: the link is straight.
 pub(super) const ROUNDING: f64 = 1e-13;
 
-/// The largest differences of two runs, with the scene's step and with half of it.
+/// The largest differences of two runs, with the scene's step and with half of it; or of a run and the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StepError {
     /// That of the first link's angle, rad; `None` where it is prescribed.
     pub(super) angle_rad: Option<f64>,
     /// That of the deflection in the middle of a link, where the angle is prescribed; the largest over the link's own peak.
     pub(super) deflection: Option<DeflectionError>,
+    /// That of an oscillator's mass, from the exact solution; the largest over the mass's own peak.
+    pub(super) mass: Option<MassError>,
     /// Why there is no such deflection.
     uncompared: Uncompared,
     /// Simulated time over which they were compared, s.
@@ -65,6 +67,33 @@ pub(super) struct DeflectionError {
     pub(super) of_peak: f64,
 }
 
+/// The difference of a mass's place from the exact solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MassError {
+    /// Its number, from 1.
+    mass: usize,
+    /// m.
+    largest_m: f64,
+    /// Over the largest displacement of the exact solution.
+    pub(super) of_peak: f64,
+}
+
+impl MassError {
+    /// The largest over its mass's peak, in the looks of a run; `None` if no mass moves.
+    fn of(looks: &[Look]) -> Option<Self> {
+        let masses = looks.first()?.masses_m.len();
+        let error = |mass: usize| {
+            let places = looks.iter().filter_map(|look| look.masses_m.get(mass));
+            let most = |[error_m, peak_m]: [f64; 2], [own_m, exact_m]: &[f64; 2]| {
+                [error_m.max((own_m - exact_m).abs()), peak_m.max(exact_m.abs())]
+            };
+            let [largest_m, peak_m] = places.fold([0.0, 0.0], most);
+            (peak_m > 0.0).then(|| MassError { mass: mass + 1, largest_m, of_peak: largest_m / peak_m })
+        };
+        (0..masses).filter_map(error).max_by(|one, other| one.of_peak.total_cmp(&other.of_peak))
+    }
+}
+
 /// A step error that is too large for a step that is suggested.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LargeError {
@@ -86,12 +115,12 @@ impl fmt::Display for LargeError {
 }
 
 impl StepError {
-    /// Compares a run of the scene with one of half the step, as far as that comes in twice the computing time. `None` if there is no
-    /// link, or nothing to compare.
+    /// Compares a run of the scene with one of half the step, as far as that comes in twice the computing time; that of an oscillator with
+    /// the exact solution. `None` if there is nothing to compare.
     ///
     /// A method of order p errs by `2ᵖ/(2ᵖ − 1)` times the difference, 4/3 times for p = 2, where the step is short enough.
     pub(super) fn of(scene: &Scene, own: &Trial, length: RunLength) -> Option<Self> {
-        let chain = scene.chain()?;
+        let Some(chain) = scene.chain() else { return Self::of_oscillator(scene, own) };
         let mut halved = scene.clone();
         halved.solver.step_s *= 0.5;
         let (begun, mut run) = (Instant::now(), Simulation::new(&halved).ok()?);
@@ -118,7 +147,14 @@ impl StepError {
         let until_s = until_s.or(half_diverged_s)?;
         let uncompared = Uncompared::of(chain, scene.solver.model);
         let Drive::Motion(_) = scene.drive else {
-            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, uncompared, until_s, half_diverged_s });
+            return Some(StepError {
+                angle_rad: Some(angle_rad),
+                deflection: None,
+                mass: None,
+                uncompared,
+                until_s,
+                half_diverged_s,
+            });
         };
         let bent = chain.links.iter().zip(deflections).filter(|(link, [_, peak_m])| *peak_m > ROUNDING * link.length_m);
         let errors = bent.map(|(link, [largest_m, peak_m])| {
@@ -126,28 +162,46 @@ impl StepError {
             DeflectionError { link, largest_m, of_peak }
         });
         let deflection = errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak));
-        Some(StepError { angle_rad: None, deflection, uncompared, until_s, half_diverged_s })
+        Some(StepError { angle_rad: None, deflection, mass: None, uncompared, until_s, half_diverged_s })
+    }
+
+    /// The error of an oscillator, whose exact solution is known.
+    fn of_oscillator(scene: &Scene, own: &Trial) -> Option<Self> {
+        let mass = Some(MassError::of(&own.looks)?);
+        let until_s = f64::from(own.looks.last()?.step) * scene.solver.step_s;
+        Some(StepError {
+            angle_rad: None,
+            deflection: None,
+            mass,
+            uncompared: Uncompared::Straight,
+            until_s,
+            half_diverged_s: None,
+        })
     }
 
     /// The error, if it is known and too large for a step that is suggested.
     pub(super) fn too_large(self) -> Option<LargeError> {
         let angle = self.angle_rad.map(|angle_rad| (angle_rad, "rad".to_owned()));
         let of_peak = |found: DeflectionError| (found.of_peak, format!("of the {}'s peak deflection", found.link));
-        let (size, unit) = angle.or_else(|| self.deflection.map(of_peak))?;
+        let of_mass = |found: MassError| (found.of_peak, format!("of the peak displacement of mass {}", found.mass));
+        let (size, unit) = angle.or_else(|| self.deflection.map(of_peak)).or_else(|| self.mass.map(of_mass))?;
         (size > LARGEST).then_some(LargeError { size, unit })
     }
 
     /// A sentence on an error with which the motion is lost.
     pub(super) fn lost(self) -> Option<String> {
-        let shorten = "in this run: shorten the step until it no longer does; if it always does,";
+        let shorter = "in this run: a shorter step mends that, unless";
         match self {
             StepError { half_diverged_s: Some(_), .. } => None,
             StepError { angle_rad: Some(angle_rad), .. } => (angle_rad > LOST_RAD).then(|| {
-                format!("with half the step, the first link's angle differs by up to {angle_rad:.1e} rad {shorten} the motion is chaotic")
+                format!("with half the step, the first link's angle differs by up to {angle_rad:.1e} rad {shorter} the motion is chaotic")
             }),
             StepError { deflection: Some(DeflectionError { link, of_peak, .. }), .. } => (of_peak > LOST_OF_PEAK).then(|| {
                 let differs = format!("with half the step, the {link}'s deflection differs by up to {:.0} % of its peak", 100.0 * of_peak);
-                format!("{differs} {shorten} an undamped vibration is out of step")
+                format!("{differs} {shorter} the motion is chaotic")
+            }),
+            StepError { mass: Some(MassError { mass, of_peak, .. }), .. } => (of_peak > LOST_OF_PEAK).then(|| {
+                format!("mass {mass} errs by up to {:.0} % of its peak in this run: a shorter step mends that", 100.0 * of_peak)
             }),
             StepError { .. } => None,
         }
@@ -166,6 +220,9 @@ impl fmt::Display for StepError {
             }
             StepError { deflection: Some(DeflectionError { link, largest_m, of_peak }), .. } => {
                 write!(f, "{largest_m:.1e} m in the {link}'s deflection, {of_peak:.1e} of its peak, until {until} s")
+            }
+            StepError { mass: Some(MassError { mass, largest_m, of_peak }), .. } => {
+                write!(f, "{largest_m:.1e} m of mass {mass} from the exact solution, {of_peak:.1e} of its peak, until {until} s")
             }
             StepError { uncompared: Uncompared::Straight, .. } => write!(f, "none: the motion is prescribed, and no link bends"),
             StepError { uncompared: Uncompared::WithoutNode(links), .. } => {

@@ -123,6 +123,10 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
             let judged = format!("only the first {} s of a run with it are judged", figure(time_s));
             (Some(scene.solver.step_s), format!("the scene's own: {none}; {judged}"))
         }
+        // The scene's own keeps the balance, too, and a longer one errs by more.
+        (Verdict::Inexact(_), Some((longest_s, _))) if scene.solver.step_s < longest_s => {
+            (Some(scene.solver.step_s), format!("the scene's own: {none}"))
+        }
         (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
         (Verdict::Unstable | Verdict::Unbalanced, None) => (None, none),
     }

@@ -46,15 +46,19 @@ pub(super) struct Look {
     pub(super) angle_rad: f64,
     /// Deflections of the links' middle nodes, m; 0 of a link without such a node.
     pub(super) deflections_m: Vec<f64>,
+    /// Places of an oscillator's masses, and those of the exact solution, m.
+    pub(super) masses_m: Vec<[f64; 2]>,
 }
 
 impl Look {
-    /// `None` of a scene without links.
+    /// `None` of a scene without links and masses.
     pub(super) fn at(step: u32, seen: &Observation) -> Option<Self> {
-        let angle_rad = seen.links.first()?.chord_rad;
+        let first = seen.links.first()?;
+        let angle_rad = first.chord_rad;
+        let masses_m = first.nodes.iter().zip(&first.exact_x_m).map(|(node, exact_m)| [node.position_m[0], *exact_m]).collect();
         let middle_m = |link: &LinkObservation| link.nodes.get(link.nodes.len() / 2).and_then(|node| node.deflection_m);
         let deflections_m = seen.links.iter().map(|link| middle_m(link).unwrap_or_default()).collect();
-        Some(Look { step, angle_rad, deflections_m })
+        Some(Look { step, angle_rad, deflections_m, masses_m })
     }
 }
 

@@ -16,6 +16,7 @@ use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
 use super::size_bound::SizeBound;
 use super::{RecordingError, build_info};
+use crate::whole_file::not_made;
 use crate::wire;
 
 /// Size at which a chunk is closed before it is due, bytes.
@@ -44,8 +45,8 @@ pub(super) fn options() -> WriteOptions {
 /// Creates a new file, and its folder; overwrites nothing.
 fn create_new(path: &Path) -> Result<File, RecordingError> {
     let folder = folder(path);
-    std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
-    File::create_new(path).map_err(RecordingError::new_file(path))
+    std::fs::create_dir_all(folder).map_err(|refused| RecordingError::file(folder)(not_made(refused, folder)))?;
+    File::create_new(path).map_err(|refused| RecordingError::new_file(path)(not_made(refused, path)))
 }
 
 /// An open recording, written by the calling thread. [`Recorder`](super::Recorder) writes on a thread of its own.

@@ -208,9 +208,8 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
                     return Err(format!("{path} is a table: set one of its keys, such as {path}.KEY={value}"));
                 }
                 let missing = || match entries {
-                    0 => parse::refused_list(parent).unwrap_or_else(|| {
-                        format!("`{parent}` has no entries; give all of them, as in --set '{parent}=[{{ … }}]'")
-                    }),
+                    0 => parse::refused_list(parent)
+                        .unwrap_or_else(|| format!("`{parent}` has no entries; give all of them, as in '{parent}=[{{ … }}]'")),
                     entries => format!("`{parent}` has entries 0 to {}, and none numbered {index}", entries - 1),
                 };
                 item.get_mut(index).ok_or_else(missing)?

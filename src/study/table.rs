@@ -90,6 +90,16 @@ impl Table {
         self.columns.iter().map(|(_, values)| values.len()).chain(words).max().unwrap_or(0)
     }
 
+    /// Keeps these rows.
+    pub fn keep_rows(&mut self, is_kept: &[bool]) {
+        fn keep<T>(values: &mut Vec<T>, is_kept: &[bool]) {
+            let mut kept = is_kept.iter().copied();
+            values.retain(|_| kept.next().unwrap_or(true));
+        }
+        self.words.iter_mut().for_each(|(_, words)| keep(words, is_kept));
+        self.columns.iter_mut().for_each(|(_, values)| keep(values, is_kept));
+    }
+
     /// Writes it as CSV: a header row, then words and numbers that read back to the same bits. Cells of NaN and beyond a column's
     /// end are empty.
     ///

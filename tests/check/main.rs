@@ -158,7 +158,8 @@ fn val_the_error_of_the_step_is_the_true_one_and_warned_of_beyond_a_radian() -> 
             format!("warning: with half the step, the first link's angle differs by up to {found_rad:.1e} rad in this run");
         assert_eq!((found_rad > 1.0, said.contains(&warning)), (is_lost, is_lost), "{found_rad:e} rad: {said}");
         let line = format!("\n  step error   {found_rad:.1e} rad in the first link's angle, until ");
-        assert!(out.contains("sound\n") && out.contains(&line), "{out}");
+        let finding = if is_lost { ": valid, but its result depends on the step\n" } else { ": sound\n" };
+        assert!(out.contains(finding) && out.contains(&line), "{out}");
     }
     Ok(())
 }
@@ -265,23 +266,6 @@ fn regress_check_names_the_position_in_which_a_scene_rests() -> Tried {
     assert!((start("bent_m")? / bent_m + 1.0).abs() < 0.01, "{json}");
     let (out, _) = checked("thesis-beam", &given[..given.len() - 1], &[])?;
     assert!(!out.contains("  start "), "{out}");
-    Ok(())
-}
-
-/// However short the step, its error grows until the motion is another one.
-#[test]
-fn prop_a_chaotic_motion_has_a_step_suggested_that_keeps_the_balance() -> Tried {
-    let chaotic = [
-        "solver.model=rigid",
-        "solver.step_s=0.01",
-        "base.damper_nm_s_per_rad=0",
-        "pulse=[]",
-        "start.angle_rad=1.5",
-        "start.rate_rad_per_s=3",
-    ];
-    let (out, _) = checked(TUMBLES, &chaotic.map(str::to_owned), &["--until", "20"])?;
-    let none = "; no step from 0.01 s down to 0.0005 s has a step error of at most 0.01 rad\n";
-    assert!(out.contains("sound\n") && out.contains("\n  suggested    0.01 s: at least 12 steps") && out.contains(none), "{out}");
     Ok(())
 }
 

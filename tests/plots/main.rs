@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
 
 mod animations;
+mod campaigns;
 mod columns;
 #[path = "../common/mod.rs"]
 mod common;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 pub(crate) use self::csv::CsvSheet;
 use super::rows::{Decoder, FieldValue, Row, TimeRange, place_of};
 use super::{RecordingError, RecordingFile, writer::Written};
+use crate::whole_file::not_made;
 pub(crate) use column_types::{ColumnType, Columns};
 use column_types::{learn, select};
 pub(crate) use parquet::ParquetSheet;
@@ -129,7 +130,7 @@ impl Table {
     fn create(export: &Export, topic: &str, columns: Columns) -> Result<Self, RecordingError> {
         let mut replaces = 0;
         let mut place = |folder: &Path, ending: &str| {
-            std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
+            std::fs::create_dir_all(folder).map_err(|refused| RecordingError::file(folder)(not_made(refused, folder)))?;
             let path = folder.join(format!("{}.{ending}", topic.trim_start_matches('/').replace('/', ".")));
             replaces += usize::from(path.exists());
             Ok(path)

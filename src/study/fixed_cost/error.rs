@@ -17,12 +17,14 @@ pub enum NotRated {
     Pulse(PulseRefused),
     /// Nothing moves, so that every number is as good.
     #[error(
-        "nothing moves in this scene within {until_s} s, which any number of corrections computes: give it pulses, a torque, a start \
-         rate or a [drive] like those that it will have, or name solver.corrections as found with them"
+        "nothing moves in this scene within {until_s} s, which any number of corrections computes: give it {loads} like those that it \
+         will have, or name solver.corrections and solver.tolerance as found with them"
     )]
     Still {
         /// Simulated duration, s.
         until_s: f64,
+        /// The loads that it takes.
+        loads: &'static str,
     },
     /// The iteration with one matrix a step does not converge.
     #[error(

@@ -16,6 +16,9 @@ use trial::{Trial, Window, test_pulse};
 
 /// The iteration may add this part of the time step's own error.
 pub const PART: f64 = 0.1;
+/// The loads that move a scene.
+const LOADS_OF_CHAIN: &str = "pulses, a torque, a start rate or a [drive]";
+const LOADS_OF_OSCILLATOR: &str = "start_m, start_m_per_s or forces_n";
 /// A step is counted as unconverged if it leaves this many times the most that any step of the trials left.
 const MARGIN: f64 = 10.0;
 
@@ -54,7 +57,8 @@ pub fn rate(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Rating, No
     // At rest, every number suffices, and errors are rounding.
     trials.retain(Trial::moves);
     if trials.is_empty() {
-        return Err(NotRated::Still { until_s: window.until_s() });
+        let loads = if scene.chain().is_some() { LOADS_OF_CHAIN } else { LOADS_OF_OSCILLATOR };
+        return Err(NotRated::Still { until_s: window.until_s(), loads });
     }
     for corrections in most.min(1)..=most {
         progress(corrections);
@@ -83,7 +87,7 @@ fn rounded_up(x: f64) -> f64 {
 }
 
 impl Rating {
-    /// The keys that set it, as `KEY=VALUE`.
+    /// The keys that set it, as `KEY=VALUE` of `--set`.
     pub fn keys(&self) -> Vec<String> {
         let tolerance = self.tolerance.map(|tolerance| format!("solver.tolerance={tolerance:e}"));
         std::iter::once(format!("solver.corrections={}", self.corrections)).chain(tolerance).collect()
@@ -129,9 +133,11 @@ mod tests {
     /// for twenty.
     #[test]
     fn regress_a_scene_at_rest_is_not_rated() {
-        assert_eq!(rated(&["pulse=[]"]), Err(NotRated::Still { until_s: 2.0 }));
+        assert_eq!(rated(&["pulse=[]"]), Err(NotRated::Still { until_s: 2.0, loads: LOADS_OF_CHAIN }));
         let under_weight = ["pulse=[]", "drive.speed_rad_per_s=0", "gravity.y_m_per_s2=-9.81", "start.static_equilibrium=true"];
-        assert_eq!(rated(&under_weight), Err(NotRated::Still { until_s: 2.0 }));
+        assert_eq!(rated(&under_weight), Err(NotRated::Still { until_s: 2.0, loads: LOADS_OF_CHAIN }));
+        // All of the motion in one step.
+        assert!(rated(&["pulse=[]", "drive.table=[[0,0],[0.002,0.1]]"]).is_ok_and(|rating| rating.until_s == 0.002));
         // The scene's pulse comes after the trial, and the test pulse in it.
         let late = rated(&["solver.step_s=1e-4", "pulse.0.start_s=1.9"]).unwrap();
         assert!(late.trials.len() == 1 && late.trials.iter().all(|trial| trial.pulse.is_some()), "{late}");

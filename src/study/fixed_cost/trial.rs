@@ -15,8 +15,8 @@ const INSTANTS: usize = 200;
 /// Place of the test pulse in the window, and its duration where the scene has no pulse, as parts of the window.
 const PULSE_AT: f64 = 0.4;
 const PULSE_FOR: f64 = 0.1;
-/// What changes by less stands still: an angle in rad, a deflection as a part of its link's length, a mass in m.
-const STILL: f64 = 1e-10;
+/// What changes by less stands still: a part of itself, and an angle in rad, a deflection over its link's length, or a mass in m.
+const STILL: [f64; 2] = [1e-9, 1e-15];
 /// Parts of a step by which the test pulse begins and ends inside one.
 const BEGINS_INSIDE: f64 = 0.37;
 const ENDS_INSIDE: f64 = 0.41;
@@ -63,7 +63,7 @@ pub(super) fn test_pulse(scene: &Scene, window: &Window) -> Option<PulseRequest>
     (request.torque_nm != 0.0 && scene.chain().is_some()).then_some(request)
 }
 
-/// A run, sampled: angles and relative deflections of all links, or the places of all masses.
+/// A run, sampled from its start on: angles and relative deflections of all links, or the places of all masses.
 type Samples = Vec<Vec<f64>>;
 
 /// The motions that steps of fixed cost are compared with.
@@ -108,11 +108,12 @@ impl Trial {
         Ok(Trial { window, pulse, converged, settled: settled.0, of_step })
     }
 
-    /// Whether anything moves by more than rounding.
+    /// Whether anything moves by more than rounding, from the start on.
     pub(super) fn moves(&self) -> bool {
         let Some(first) = self.converged.first() else { return false };
-        let differs = |sample: &Vec<f64>| sample.iter().zip(first).any(|(now, before)| (now - before).abs() > STILL);
-        self.converged.iter().any(differs)
+        let [relative, absolute] = STILL;
+        let is_moved = |(now, before): (&f64, &f64)| (now - before).abs() > relative * before.abs() + absolute;
+        self.converged.iter().any(|sample| sample.iter().zip(first).any(is_moved))
     }
 
     pub(super) fn errors(&self, scene: &Scene, corrections: usize) -> Result<TrialErrors, Diverged> {
@@ -148,7 +149,7 @@ fn samples(scene: &Scene, window: Window, pulse: Option<PulseRequest>, parts: us
     if let Some(pulse) = pulse {
         simulation.add_pulse(&pulse).map_err(NotRated::Pulse)?;
     }
-    let (mut samples, mut left_over) = (Samples::new(), 0.0_f64);
+    let (mut samples, mut left_over) = (vec![sample(scene, simulation.observation())], 0.0_f64);
     for step in 1..=window.steps {
         for _ in 0..parts {
             simulation.step()?;

@@ -109,8 +109,9 @@ impl Campaign {
     fn refusal(&self, values: &[Value], refused: &SceneError) -> String {
         match culprit(&self.base, &self.overrides(values), refused) {
             Some(place) => {
-                let (key, hint) = (&self.spec.axes[place].key, self.range_hint(refused));
-                format!("vary.{place}.key = {key:?}: {}{hint}", reason(refused))
+                let key = &self.spec.axes[place].key;
+                let hints = [self.range_hint(refused), list_hint(key, refused)].concat();
+                format!("vary.{place}.key = {key:?}: {}{hints}", reason(refused))
             }
             None => format!("the scene refuses every sample that was tried: {refused}"),
         }
@@ -238,6 +239,15 @@ fn culprit(base: &SceneSource, changes: &[String], refused: &SceneError) -> Opti
     })
 }
 
+/// A hint at the place of a list in a campaign whose entries a key misses; else nothing.
+fn list_hint(key: &str, refused: &SceneError) -> &'static str {
+    match refused.problem.contains("has no entries") {
+        true if key.starts_with("pulse.") => " in the campaign's `set`, or its pulses in [[pulse]] tables",
+        true => " in the campaign's `set`",
+        false => "",
+    }
+}
+
 /// The reason of a refusal; an unknown key stands before it already.
 fn reason(refused: &SceneError) -> String {
     let SceneError { key, value, problem, .. } = refused;
@@ -282,6 +292,17 @@ mod tests {
         assert!(refused.starts_with("test: vary.0.key = \"crank.elements\": crank.elements = 2."), "{refused}");
         let hint = ": must be a whole number; ranges are of real numbers: list values = [2, 4, 6]";
         assert!(refused.ends_with(hint), "{refused}");
+        Ok(())
+    }
+
+    /// `--set` was recommended, which `sweep` does not have.
+    #[test]
+    fn regress_a_pulse_that_no_scene_has_leads_to_the_tables_of_a_campaign() -> Result<(), Box<dyn std::error::Error>> {
+        let axis = "[[vary]]\nkey = \"pulse.0.torque_nm\"\nmin = 0.1\nmax = 0.4\ncount = 2\n";
+        let text = format!("scene = \"crank-slider\"\nset = [\"pulse=[]\"]\nuntil_s = 0.004\nmethod = \"grid\"\n{axis}");
+        let refused = Campaign::new("test", Spec::parse("test", &text)?).err().ok_or("accepted")?.to_string();
+        let way = "give all of them, as in 'pulse=[{ … }]' in the campaign's `set`, or its pulses in [[pulse]] tables";
+        assert!(refused.ends_with(way), "{refused}");
         Ok(())
     }
 

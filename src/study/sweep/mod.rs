@@ -30,7 +30,7 @@ pub(crate) use merge::INDEX;
 pub use merge::{Merged, OutOfRange, TableFormat, Untrusted, has_rows, merge, missing_rows};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
-pub use run::{Column, Ending, Outcome};
+pub use run::{Column, Ending, Outcome, is_trusted_row};
 pub use sensitivity::{Indices, NoIndices, sensitivity, sensitivity_table};
 pub use shard::{BadShard, Shard};
 pub use spec::{Method, Spec, SpecError};

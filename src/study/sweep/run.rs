@@ -40,6 +40,11 @@ impl Ending {
 /// The verdict on an energy balance that left its tolerance.
 pub(super) const UNBALANCED: &str = "unbalanced";
 
+/// Whether a row of a campaign's table, by its columns `ending` and `verdict`, is of a run that ended well and can be trusted.
+pub fn is_trusted_row(ending: &str, verdict: &str) -> bool {
+    ending == Ending::Done.as_str() && verdict != UNBALANCED
+}
+
 /// The outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -165,7 +170,7 @@ fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Ou
         let step_s = figure(step_s);
         return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
     }
-    let mut read = Reading { scalars: Scalars::new(scene), from_s: limits.from_s - 1e-6 * step_s, is_begun: false };
+    let mut read = Reading { scalars: Scalars::new(scene), from_s: limits.from_s - 1e-6 * step_s, before_s: None };
     let torque_nm = simulation.take_mean_torque_nm();
     read.at(simulation.time_s(), &Instant { torque_nm, seen: simulation.observation() });
     let mut cost = Cost::default();
@@ -179,21 +184,21 @@ fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Ou
     Ok(outcome(&simulation, &read.scalars, &cost, diverged))
 }
 
-/// The scalars of a run, from a time on.
+/// The scalars of the steps that begin at a time or later.
 struct Reading {
     scalars: Scalars,
     from_s: f64,
-    is_begun: bool,
+    /// Time of the instant before.
+    before_s: Option<f64>,
 }
 
 impl Reading {
     fn at(&mut self, time_s: f64, now: &Instant) {
-        let place = match (time_s >= self.from_s, self.is_begun) {
-            (false, _) => Place::Before,
-            (true, false) => Place::Start,
-            (true, true) => Place::After,
+        let place = match self.before_s.replace(time_s) {
+            None if time_s >= self.from_s => Place::Start,
+            Some(before_s) if before_s >= self.from_s => Place::After,
+            _ => Place::Before,
         };
-        self.is_begun |= place == Place::Start;
         self.scalars.read(now, place);
     }
 }
@@ -298,6 +303,20 @@ mod tests {
         let (whole, steady) = (mean_from(0.0), mean_from(0.5));
         assert!(whole.0 == Ending::Done && (whole.1 - 7.5).abs() < 0.01, "{whole:?}");
         assert!(steady.0 == Ending::Done && (steady.1 - 10.0).abs() < 1e-9, "{steady:?}");
+    }
+
+    /// The torque of a pulse that ends at `from_s` was a peak of what follows.
+    #[test]
+    fn regress_a_pulse_that_ends_there_is_no_peak_of_what_follows() {
+        let pulse = ["pulse.0.start_s=0.1", "pulse.0.duration_s=0.1", "solver.model=rigid", "solver.step_s=0.01"];
+        let pulse = pulse.map(str::to_owned);
+        let pushed = || SceneSource::open("crank-slider", &pulse);
+        let columns = columns(&pushed().unwrap().scene);
+        let limits = Limits { from_s: 0.2, until_s: 0.5, max_steps: 10_000 };
+        let ended = run(pushed, limits, columns.len(), &|| false).unwrap();
+        let scalar = |name: &str| ended.numbers[columns.iter().position(|column| column.name == name).unwrap()];
+        assert_eq!((scalar("driving_peak_torque_nm"), scalar("driving_mean_torque_nm")), (Some(0.0), Some(0.0)));
+        assert!(scalar("crank_peak_moment_nm") < Some(1.0), "{:?}", scalar("crank_peak_moment_nm"));
     }
 
     /// What was before counts for the trust in a run, and for no other scalar.

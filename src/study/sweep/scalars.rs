@@ -18,7 +18,7 @@ pub(super) struct Instant<'a> {
 pub(super) enum Place {
     /// Before it.
     Before,
-    /// At its start: not the end of one of its steps.
+    /// At the run's start: not the end of a step.
     Start,
     /// At the end of one of its steps.
     After,

@@ -14,6 +14,7 @@ use super::campaign::{Campaign, Sample};
 use super::chunk::{self, Claim};
 use super::row::Row;
 use super::shard::Shard;
+use crate::whole_file::not_made;
 
 /// The result of a worker.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -65,7 +66,7 @@ pub fn work(
 ) -> Result<Worked, SweepError> {
     let rows_folder = chunk::path(folder, campaign, 0);
     if let Some(rows_folder) = rows_folder.parent() {
-        fs::create_dir_all(rows_folder).map_err(SweepError::file(rows_folder))?;
+        fs::create_dir_all(rows_folder).map_err(|refused| SweepError::file(rows_folder)(not_made(refused, rows_folder)))?;
     }
     let mine: Vec<u64> = (0..campaign.chunks()).filter(|chunk| shard.is_none_or(|shard| shard.has(*chunk))).collect();
     let work = Work {
