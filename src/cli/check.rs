@@ -21,7 +21,7 @@ use super::short_load::ShortLoad;
 use super::signals::interruption_leaves_nothing;
 use super::step_error::{ROUNDING, StepError};
 use super::sudden_start::sudden_start;
-use super::suggested_rate::bending_beyond_default;
+use super::suggested_rate::beyond_default;
 use super::suggested_step::{OwnRun, slowest_bending, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
 use super::trial_run::{Distrust, RunLength, Trial};
@@ -45,8 +45,7 @@ Frequencies are those of small undamped vibrations about rest at the start posit
 The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for \
     at most 2 s of computing. Two turns that take more than 10 s are followed beyond that as far as 1 s of computing goes; \
     where that is not to their end, a line `looked at` says how far. The run shows the cost of a step on this machine and \
-    the balance of energies. The \
-    step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
+    the balance of energies. The step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
     deflection in a link's middle, with a warning beyond half its peak; of an oscillator, that of a mass from the exact solution. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
@@ -71,15 +70,14 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
     step_error_rad (largest change of the first link's angle as the step is halved), \
     half_step_diverges_s (when a run with half the step diverges), step_error_of_deflection (with a [drive]: \
-    largest change of the deflection in a link's middle, over its peak in either run), step_error_of_mass (of an oscillator: largest error of a mass, over its peak), out_of_range (largest slope of a link \
+    largest change of the deflection in a link's middle, over its peak in either run), step_error_of_mass (of an oscillator: largest error of a mass, over its largest displacement from the start), out_of_range (largest slope of a link \
     from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
     end: until_s, two_turns_s), shortening (link, \
     force_n (positive in tension), shortening_m (its size), deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a warning says what it is not (a link bends out of the model's range, the result depends \
-    on the step); 2 it is refused, 4 it \
-    diverges, 6 its energy balance leaves solver.balance_tolerance.";
+    on the step); 2 it is refused, 4 it diverges, 6 its energy balance leaves solver.balance_tolerance.";
 
 /// Shortest measurement of the cost.
 const MEASURED: Duration = Duration::from_millis(300);
@@ -230,7 +228,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if trial.stands_still {
         let loads = match scene.chain() {
             Some(_) => "a pulse, a torque, a start rate or a [drive]",
-            None => "start_m, start_m_per_s or forces_n",
+            None => "start_m or forces_n",
         };
         say!("warning: {NOTHING_MOVES} {loads} like those that it will have");
     }
@@ -343,7 +341,9 @@ impl Checked {
         }
         let suggested = self.suggested_step_s.map_or("none".to_owned(), |step_s| format!("{step_s} s"));
         writeln!(out, "  suggested    {suggested}: {reason}")?;
-        if let Some(remark) = self.lowest_bending_hz.and_then(|bending_hz| bending_beyond_default(bending_hz, *step_s)) {
+        let of_masses = || self.lowest_hz.filter(|_| *model == ModelKind::MassSpring.as_str()).map(|hz| ("vibration", hz));
+        let slowest = self.lowest_bending_hz.map(|hz| ("bending", hz)).or_else(of_masses);
+        if let Some(remark) = slowest.and_then(|(what, hz)| beyond_default(what, hz, *step_s)) {
             writeln!(out, "  published    {remark}")?;
         }
         self.shortening.iter().try_for_each(|line| writeln!(out, "  shortening   {line}{part}"))

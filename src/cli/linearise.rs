@@ -32,7 +32,8 @@ The file holds A, B, C and D of  dx/dt = A x + B u,  y = C x + D u  with the nam
 The slowest and the fastest eigenvalue are printed. With --scheme, ln(g)/dt stands beside each: g is the eigenvalue of A that \
     belongs to the same motion. A motion with |λ| dt > π is too fast for these steps.
 
-The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. An instant of a \
+The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank; the masses of an \
+    oscillator are where springs balance forces. An instant of a \
     recording counts as though it stood still.
 
 Exit codes: 0 done, 1 failed, 2 usage, bad scene, or a state that cannot be linearised.";

@@ -280,12 +280,13 @@ fn live(args: &Args, name: &Name) -> CommandResult {
         return Ok(ExitStatus::Success);
     }
     let rate = figure(found.crank_rate_rad_per_s);
-    let crank = match (found.crank_is_moved, found.crank_rate_rad_per_s == 0.0) {
-        (true, true) => "held".to_owned(),
-        (true, false) => format!("moved at {rate} rad/s"),
-        (false, _) => format!("turning at {rate} rad/s"),
+    let crank = match (found.has_crank, found.crank_is_moved, found.crank_rate_rad_per_s == 0.0) {
+        (false, ..) => String::new(),
+        (_, true, true) => ", crank held".to_owned(),
+        (_, true, false) => format!(", crank moved at {rate} rad/s"),
+        (_, false, _) => format!(", crank turning at {rate} rad/s"),
     };
-    writeln!(output(), "{name}: step {}, t = {} s, crank {crank}", found.step, shown_s(found.sim_time_s))?;
+    writeln!(output(), "{name}: step {}, t = {} s{crank}", found.step, shown_s(found.sim_time_s))?;
     print_modes(&found.modes)?;
     print_beyond_shapes(&found.beyond_shapes)?;
     Ok(ExitStatus::Success)

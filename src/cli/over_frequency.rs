@@ -5,6 +5,7 @@ use nalgebra::{Complex, DVector};
 use super::peaks::largest_between;
 use super::phases::unwrap;
 use super::progress::bar;
+use super::unmoved::moves;
 use crate::small_motion::StateSpace;
 
 /// The frequency response of some outputs.
@@ -15,13 +16,9 @@ pub(super) struct OverFrequency {
     pub phases_deg: Vec<Vec<f64>>,
     /// The largest angle of all outputs of the space, rad.
     pub largest_rad: f64,
-    /// Whether an output moves with the input.
+    /// Whether each output moves with the input by more than rounding.
     pub moves: Vec<bool>,
 }
-
-/// A displacement that is less than this part of a turning of the whole chain, by its length, is rounding: of the slider in a dead
-/// centre.
-const ROUNDING: f64 = 1e-13;
 
 /// A frequency, Hz, and all outputs there, if there is a response.
 type Sample = (f64, Option<DVector<Complex<f64>>>);
@@ -61,14 +58,9 @@ impl OverFrequency {
             outputs.iter().map(|output| samples.iter().map(|sample| phase(sample, *output)).collect()).collect();
         phases_deg.iter_mut().zip(&magnitudes).for_each(|(phases, magnitudes)| unwrap(phases, magnitudes));
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
-        let angle_rad = |sample: &Sample| angles.iter().map(|angle| magnitude(sample, *angle)).fold(0.0, f64::max);
-        let angles_rad: Vec<f64> = samples.iter().map(angle_rad).collect();
-        let is_moved = |(output, magnitudes): (&usize, &Vec<f64>)| {
-            let length_m = if space.outputs[*output].ends_with("_m") { length_m } else { 0.0 };
-            magnitudes.iter().zip(&angles_rad).any(|(size, angle_rad)| *size > ROUNDING * length_m * angle_rad)
-        };
-        let moves = outputs.iter().zip(&magnitudes).map(is_moved).collect();
-        let largest_rad = angles_rad.into_iter().fold(0.0, f64::max);
+        let angles_rad = samples.iter().flat_map(|sample| angles.iter().map(|angle| magnitude(sample, *angle)));
+        let moves = moves(space, (input, outputs), &frequencies_hz, length_m);
+        let largest_rad = angles_rad.fold(0.0, f64::max);
         OverFrequency { frequencies_hz, magnitudes, phases_deg, largest_rad, moves }
     }
 }

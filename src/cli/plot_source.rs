@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::acceleration_sampling::{ACCELERATION, rare_accelerations};
+use super::campaign_table::without_failed_runs;
 use super::failure::{CommandResult, Failure};
-use super::formatting::counted;
 use super::sample_intervals::regular_s;
+use super::sampled_deflection::MASSES;
 use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError};
@@ -15,7 +16,6 @@ use crate::scene::{Drive, ModelKind, Scene, SceneSource, toml_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::small_motion::{NormalMode, NormalModes, Part, Share, Subject};
 use crate::study::Table;
-use crate::study::sweep::is_trusted_row;
 use crate::study::trade::INTERRUPTED;
 use crate::text_file;
 use crate::wire::Topic;
@@ -111,7 +111,10 @@ impl Source {
     pub fn missed_motion(&self, ys: &[String], is_animation: bool) -> Vec<String> {
         let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
         let turning = self.coarse_turning(ys, is_animation);
-        let is_drawn = |link: &str| self.draws_motion_of(displacements, (&format!("nodes.{link}."), ".deflection_m"), ys);
+        let is_drawn = |link: &str| {
+            let what = (&*format!("nodes.{link}."), if link == MASSES { "x_m" } else { ".deflection_m" });
+            self.draws_motion_of(displacements, what, ys)
+        };
         let vibrations = rare_samples(displacements, is_drawn, |link, found_hz| self.natural_hz(link, found_hz));
         let draws_accelerations = !is_animation && self.draws_motion_of(angles, ("links.", ACCELERATION), ys);
         // The other sentences already say that curves of these samples are wrong, and name the rate to begin with.
@@ -325,24 +328,6 @@ fn csv_table(path: &Path) -> CommandResult<Table> {
         }
         None => without_failed_runs(path, table),
     }
-}
-
-/// The table of a campaign without the runs that did not end well, or are not to be trusted, as `sweep --plot` draws it; other tables as
-/// they are.
-fn without_failed_runs(path: &Path, mut table: Table) -> CommandResult<Table> {
-    let Some((endings, verdicts)) = table.words("ending").zip(table.words("verdict")) else { return Ok(table) };
-    let is_kept: Vec<bool> = endings.iter().zip(verdicts).map(|(ending, verdict)| is_trusted_row(ending, verdict)).collect();
-    let left_out = is_kept.iter().filter(|is_kept| !**is_kept).count();
-    if left_out == is_kept.len() {
-        let why = "nothing to draw: no run ended well and can be trusted; see the columns `ending`, `cause` and `verdict`";
-        return Err(Failure::Failed(format!("{}: {why}", path.display())));
-    }
-    if left_out > 0 {
-        let runs = counted(left_out as u64, "run");
-        say!("warning: {}: {runs} not drawn: failed, or not to be trusted (columns `ending` and `verdict`)", path.display());
-    }
-    table.keep_rows(&is_kept);
-    Ok(table)
 }
 
 /// A name that several columns of a table have; those without contents do not count, as of empty columns beside the others.

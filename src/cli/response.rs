@@ -154,7 +154,7 @@ impl Args {
             names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
         };
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
-        let length_m = linear.chosen.subject.chain().map_or(0.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
+        let length_m = linear.chosen.subject.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
         let frequencies_hz = frequencies_hz(range_hz, natural);
         let over_frequency = OverFrequency::new(space, (input, &outputs), frequencies_hz, (natural, length_m));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);

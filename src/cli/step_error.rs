@@ -1,12 +1,14 @@
 //! The error of a scene's time step, seen by a run with half of it, or by an oscillator's exact solution.
 
+use std::f64::consts::TAU;
 use std::fmt;
 use std::time::Instant;
 
 use super::aligned_table::figure;
 use super::trial_run::{Look, RunLength, Trial};
-use crate::scene::{Chain, Drive, Link, ModelKind, Scene};
+use crate::scene::{Chain, Drive, Link, ModelKind, Scene, System};
 use crate::simulation::Simulation;
+use crate::small_motion::Vibrations;
 
 /// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
 const LARGEST: f64 = 1e-2;
@@ -16,7 +18,8 @@ const LOST_RAD: f64 = 1.0;
 /// The same of a deflection, over its peak.
 const LOST_OF_PEAK: f64 = 0.5;
 
-/// A deflection of less than this part of a link's length is rounding: the link is straight.
+/// A deflection of less than this part of a link's length is rounding: the link is straight. So is the motion of a mass beside the
+/// furthest place of any.
 pub(super) const ROUNDING: f64 = 1e-13;
 
 /// The largest differences of two runs, with the scene's step and with half of it; or of a run and the exact solution.
@@ -36,11 +39,13 @@ pub(super) struct StepError {
     pub(super) half_diverged_s: Option<f64>,
 }
 
-/// Why no deflection is compared where the angle is prescribed.
+/// Why no deflection is compared where the angle is prescribed, or no mass of an oscillator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Uncompared {
     /// No link bends.
     Straight,
+    /// The exact solution of the slowest vibration is rounding beside the fastest.
+    Stiff,
     /// These links bend, and have nodes at their ends alone.
     WithoutNode([Option<&'static str>; 2]),
 }
@@ -74,23 +79,25 @@ pub(super) struct MassError {
     mass: usize,
     /// m.
     largest_m: f64,
-    /// Over the largest displacement of the exact solution.
+    /// Over the largest displacement from the start in the exact solution.
     pub(super) of_peak: f64,
 }
 
 impl MassError {
-    /// The largest over its mass's peak, in the looks of a run; `None` if no mass moves.
-    fn of(looks: &[Look]) -> Option<Self> {
-        let masses = looks.first()?.masses_m.len();
-        let error = |mass: usize| {
-            let places = looks.iter().filter_map(|look| look.masses_m.get(mass));
+    /// The largest over its mass's peak, in the looks of a run; `None` if no mass moves by more than rounding.
+    fn of(looks: &[Look], start_m: &[f64]) -> Option<Self> {
+        let places_of = |mass: usize| looks.iter().filter_map(move |look| look.masses_m.get(mass));
+        let error = |(mass, start_m): (usize, &f64)| {
             let most = |[error_m, peak_m]: [f64; 2], [own_m, exact_m]: &[f64; 2]| {
-                [error_m.max((own_m - exact_m).abs()), peak_m.max(exact_m.abs())]
+                [error_m.max((own_m - exact_m).abs()), peak_m.max((exact_m - start_m).abs())]
             };
-            let [largest_m, peak_m] = places.fold([0.0, 0.0], most);
-            (peak_m > 0.0).then(|| MassError { mass: mass + 1, largest_m, of_peak: largest_m / peak_m })
+            let [largest_m, peak_m] = places_of(mass).fold([0.0, 0.0], most);
+            (peak_m, MassError { mass: mass + 1, largest_m, of_peak: largest_m / peak_m })
         };
-        (0..masses).filter_map(error).max_by(|one, other| one.of_peak.total_cmp(&other.of_peak))
+        let errors: Vec<(f64, Self)> = start_m.iter().enumerate().map(error).collect();
+        let furthest_m = looks.iter().flat_map(|look| &look.masses_m).map(|[_, exact_m]| exact_m.abs()).fold(0.0, f64::max);
+        let moving = errors.into_iter().filter(|(peak_m, _)| *peak_m > ROUNDING * furthest_m).map(|(_, error)| error);
+        moving.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak))
     }
 }
 
@@ -165,18 +172,13 @@ impl StepError {
         Some(StepError { angle_rad: None, deflection, mass: None, uncompared, until_s, half_diverged_s })
     }
 
-    /// The error of an oscillator, whose exact solution is known.
+    /// The error of an oscillator, whose exact solution is known. `None` if nothing moves, or it diverges.
     fn of_oscillator(scene: &Scene, own: &Trial) -> Option<Self> {
-        let mass = Some(MassError::of(&own.looks)?);
-        let until_s = f64::from(own.looks.last()?.step) * scene.solver.step_s;
-        Some(StepError {
-            angle_rad: None,
-            deflection: None,
-            mass,
-            uncompared: Uncompared::Straight,
-            until_s,
-            half_diverged_s: None,
-        })
+        let System::Oscillator(oscillator) = &scene.system else { return None };
+        let last = own.looks.last().filter(|_| own.verdict.is_ok() && !own.stands_still)?;
+        let until_s = f64::from(last.step) * scene.solver.step_s;
+        let mass = Some(MassError::of(&own.looks, &oscillator.start_m)?).filter(|_| is_exact_known(scene, until_s));
+        Some(StepError { angle_rad: None, deflection: None, mass, uncompared: Uncompared::Stiff, until_s, half_diverged_s: None })
     }
 
     /// The error, if it is known and too large for a step that is suggested.
@@ -224,6 +226,9 @@ impl fmt::Display for StepError {
             StepError { mass: Some(MassError { mass, largest_m, of_peak }), .. } => {
                 write!(f, "{largest_m:.1e} m of mass {mass} from the exact solution, {of_peak:.1e} of its peak, until {until} s")
             }
+            StepError { uncompared: Uncompared::Stiff, .. } => {
+                write!(f, "not known: the springs are so stiff beside the others that the exact solution is not")
+            }
             StepError { uncompared: Uncompared::Straight, .. } => write!(f, "none: the motion is prescribed, and no link bends"),
             StepError { uncompared: Uncompared::WithoutNode(links), .. } => {
                 let keys: Vec<String> = links.iter().flatten().map(|link| format!("{link}.elements")).collect();
@@ -232,4 +237,14 @@ impl fmt::Display for StepError {
             }
         }
     }
+}
+
+/// Whether the exact solution of an oscillator is known until this time to a tenth of [`LARGEST`]. The square of a frequency has an error
+/// of ε of the largest square. The phase of the slowest vibration is therefore wrong by up to `ε (ω_max/ω_min)² ω_min t / 2`.
+fn is_exact_known(scene: &Scene, until_s: f64) -> bool {
+    let frequencies_hz = Vibrations::of_scene(scene).ok().flatten().and_then(|found| found.frequencies_hz);
+    frequencies_hz.is_none_or(|[lowest_hz, highest_hz]| {
+        let phase_rad = 0.5 * f64::EPSILON * (highest_hz / lowest_hz).powi(2) * TAU * lowest_hz * until_s;
+        phase_rad <= 0.1 * LARGEST
+    })
 }

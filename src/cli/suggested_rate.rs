@@ -37,15 +37,15 @@ pub(super) fn smooth_s(vibration_hz: f64) -> f64 {
     1.0 / (SMOOTH * vibration_hz)
 }
 
-/// A remark of `check` on the lowest bending frequency, if samples at the default rate do not show it.
-pub(super) fn bending_beyond_default(bending_hz: f64, step_s: f64) -> Option<String> {
+/// A remark of `check` on the lowest frequency of a kind of vibration, bending or of masses, if samples at the default rate do not show it.
+pub(super) fn beyond_default(what: &str, vibration_hz: f64, step_s: f64) -> Option<String> {
     let PublishRate::Hz(rate_hz) = PublishRate::DEFAULT else { return None };
     // Longer steps are all published.
     let rate_hz = rate_hz.min(1.0 / step_s);
-    let coarse_s = coarse_s(bending_hz);
-    let shows = || suggested_rate(smooth_s(bending_hz), coarse_s, step_s);
-    let [rate, bending] = [rate_hz, bending_hz].map(figure);
-    let remark = || format!("{rate} times a second; bending at {bending} Hz shows with --publish-hz {}", shows());
+    let coarse_s = coarse_s(vibration_hz);
+    let shows = || suggested_rate(smooth_s(vibration_hz), coarse_s, step_s);
+    let [rate, vibration] = [rate_hz, vibration_hz].map(figure);
+    let remark = || format!("{rate} times a second; {what} at {vibration} Hz shows with --publish-hz {}", shows());
     (coarse_s * rate_hz < 1.0).then(remark)
 }
 
@@ -63,9 +63,9 @@ mod tests {
             (49.0, 4e-4, None),
             (11.0, 2e-3, None),
         ] {
-            assert_eq!(bending_beyond_default(bending_hz, step_s), expected, "{bending_hz} Hz, {step_s} s");
+            assert_eq!(beyond_default("bending", bending_hz, step_s), expected, "{bending_hz} Hz, {step_s} s");
         }
         let every_step = "100 times a second; bending at 49 Hz shows with --publish-hz all and solver.step_s = 0.002";
-        assert_eq!(bending_beyond_default(49.0, 1e-2).as_deref(), Some(every_step));
+        assert_eq!(beyond_default("bending", 49.0, 1e-2).as_deref(), Some(every_step));
     }
 }

@@ -89,7 +89,7 @@ pub struct LinkObservation {
     pub acceleration_rad_per_s2: Option<f64>,
     /// Internal forces, one entry an element; empty where the model does not know them.
     pub elements: Vec<ElementForces>,
-    /// Exact x of the nodes, m; empty where it is not known.
+    /// Exact x of the nodes, m; empty where it is not known, and NaN after a change of the running scene.
     pub exact_x_m: Vec<f64>,
 }
 

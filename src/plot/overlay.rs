@@ -76,7 +76,9 @@ fn add_curves(overlay: &mut Figure, figure: &Figure, place: usize) {
         });
         let mark = match (place, series.mark) {
             // Where files agree, the wide line is seen on either side of the thin one.
-            (0, Mark::Line) => Mark::Wide,
+            (0, Mark::Line | Mark::Dashes) => Mark::Wide,
+            // An exact solution has a panel of its own.
+            (1, Mark::Dashes) => Mark::Line,
             // The gaps show the second.
             (2.., Mark::Line) => Mark::Dashes,
             (_, mark) => mark,

@@ -73,7 +73,11 @@ fn others(text: &SceneText, first: &SceneError) -> Vec<SceneError> {
 
 /// The refusal of the key at which reading `read`, a part of the text, ended.
 fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError {
-    let key = error.span().map(|span| document::path_at(read, span.start)).unwrap_or_default();
+    let mut key = error.span().map(|span| document::path_at(read, span.start)).unwrap_or_default();
+    // Of a list whose name is unknown, and not of its first entry.
+    if let Some(list) = key.strip_suffix(".0").filter(|_| error.message().starts_with("unknown field ")) {
+        key = list.to_owned();
+    }
     let problem = match describe(error.message()).as_str() {
         "must be a table" => format!("must be a table{}", known_keys(&key)),
         "must be a list" if !key.contains('.') => format!("must be a list, each entry in a table [[{key}]]"),
@@ -312,6 +316,11 @@ mod tests {
             (format!("{links}mas_kg = 1.0\n[solver]\nmodel = \"rigd\"\n"), &["slider.mas_kg = 1.0: unknown key", rigid][..]),
             (format!("{links}mass_kg = -1.0\n[solver]\nmodel = \"rigd\"\n"), &["slider.mass_kg = -1.0: must be a number", rigid]),
             ("[oscillator]\nmasses_kg = [1.0]\n[solver]\nmodel = \"sprng\"\n".to_owned(), &["solver.model = \"sprng\": must be"]),
+            // An unknown list hid what sorts behind it.
+            (
+                format!("{links}[[pulze]]\nstart_s = 0\n[tipp]\nmass_kg = 1.0\n[solver]\nstp_s = 1e-3\n"),
+                &["pulze: unknown key; did you mean `pulse`?", "tipp: unknown key", "solver.stp_s"],
+            ),
             ("[oscilator]\nmasses_kg = [1.0]\n[solver]\nmodel = \"mass-spring\"\n".to_owned(), &["oscilator: unknown key"]),
         ] {
             let refused = SceneSource::parse("scene.toml", &text, &[]).err().map(|refused| refused.in_full()).unwrap_or_default();

@@ -102,6 +102,7 @@ impl ModesService {
             epoch: stamp.epoch,
             sim_time_s: stamp.sim_time_s,
             crank_rate_rad_per_s: moved_rad_per_s.unwrap_or(crank.map_or(0.0, |link| link.rate_rad_per_s)),
+            has_crank: !subject.is_oscillator(),
             crank_is_moved: moved_rad_per_s.is_some(),
             modes: found.iter().map(ModeReport::from).collect(),
             beyond_shapes: beyond_shapes(&subject, &point, &found),

@@ -200,8 +200,9 @@ impl Simulation {
             .engine
             .local_error(&next.law, now_s, next.grid.step_s)
             .map(|_| self.error.unwrap_or_default().without_last_step());
+        next.changed = true;
         next.observe().map_err(|diverged| diverged.cause)?;
-        (next.last, next.changed) = (self.last, true);
+        next.last = self.last;
         next.passed.go_on_from(&self.passed);
         (next.retried, next.unconverged, next.distrusted) = (self.retried, self.unconverged, self.distrusted);
         let changed_j = next.ledger().changed_j - self.ledger().changed_j;

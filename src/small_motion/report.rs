@@ -36,6 +36,9 @@ pub struct LiveModes {
     pub sim_time_s: f64,
     /// Rate of the first link, rad/s: of its tangent at the pivot where that is moved, else of its chord; 0 of an oscillator.
     pub crank_rate_rad_per_s: f64,
+    /// Whether there are links, and no oscillator.
+    #[serde(default = "has_crank")]
+    pub has_crank: bool,
     /// Whether a prescribed motion moves the first link, or holds it.
     #[serde(default)]
     pub crank_is_moved: bool,
@@ -44,6 +47,11 @@ pub struct LiveModes {
     /// Those among them that stand for all higher ones.
     #[serde(default)]
     pub beyond_shapes: Vec<BeyondShapes>,
+}
+
+/// Services of earlier versions do not tell it.
+fn has_crank() -> bool {
+    true
 }
 
 impl From<&Mode> for ModeReport {

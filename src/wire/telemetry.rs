@@ -68,7 +68,7 @@ impl SampleContext {
                     vy_m_per_s: vy,
                     rotation_rad: node.rotation_rad,
                     deflection_m: node.deflection_m,
-                    exact_x_m: now.exact_x_m.get(index as usize).copied(),
+                    exact_x_m: now.exact_x_m.get(index as usize).copied().filter(|exact_m| !exact_m.is_nan()),
                 });
             }
         }

@@ -159,3 +159,31 @@ fn regress_an_output_that_the_input_does_not_move_is_largest_nowhere() -> Outcom
     }
     Ok(())
 }
+
+/// The state was the start, released: with a force of 400 N on the second mass, which then moves on. Static displacements by hand, K⁻¹F.
+#[test]
+fn val_the_masses_of_a_linear_model_are_where_springs_balance_forces() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs = "springs = [[1, 0, 6.0e4], [1, 2, 3.2e5], [1, 3, 3.2e5], [1, 4, 3.2e5]]\n";
+    let loaded = format!("[oscillator]\nmasses_kg = [120.0, 40.0, 40.0, 40.0]\n{springs}forces_n = [0.0, 400.0, 0.0, 0.0]\n");
+    // Two free masses keep their place, and their spring is slack.
+    let free = "[oscillator]\nmasses_kg = [1.0, 1.0]\nsprings = [[1, 2, 100.0]]\nstart_m = [0.5, 0.7]\n";
+    // Nothing balances the force.
+    let pushed = format!("{free}forces_n = [1.0, 0.0]\n");
+    for (scene, expected) in [
+        (loaded.as_str(), &[20.0 / 3e3, 20.0 / 3e3 + 1.25e-3, 20.0 / 3e3, 20.0 / 3e3][..]),
+        (free, &[0.6, 0.6]),
+        (pushed.as_str(), &[0.5, 0.7]),
+    ] {
+        std::fs::write(folder.path().join("masses.toml"), scene)?;
+        let (code, _, said) = flexcrank(folder.path(), "linearise masses.toml -o masses.json")?;
+        assert_eq!(code, Some(0), "{said}");
+        let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(folder.path().join("masses.json"))?)?;
+        std::fs::remove_file(folder.path().join("masses.json"))?;
+        let places: Vec<f64> = serde_json::from_value(file["at"].clone())?;
+        // Each place is followed by its speed.
+        let right = places.iter().step_by(2).zip(expected).all(|(place, expected)| (place - expected).abs() < 1e-12);
+        assert!(right && places.len() == 2 * expected.len(), "{places:?} for {expected:?}");
+    }
+    Ok(())
+}

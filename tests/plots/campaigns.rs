@@ -23,4 +23,8 @@ fn regress_runs_that_failed_are_no_points_of_a_curve() {
     assert!(code == Some(0) && said.contains(warning) && of_all == of_good, "{said}");
     let (code, said, of_bad) = drawn("bad", &bad);
     assert!(code == Some(1) && said.contains("no run ended well and can be trusted") && of_bad.is_none(), "{said}");
+    // A table that is no campaign's.
+    std::fs::write(folder.path().join("own.csv"), "t,ending,verdict,y\n0,happy,guilty,1\n1,sad,free,2\n").unwrap();
+    let output = plot(folder.path(), &["own.csv", "-o", "own.svg"]);
+    assert!(output.status.code() == Some(0) && !complaint(&output).contains("warning"), "{}", complaint(&output));
 }

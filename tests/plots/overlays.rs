@@ -3,7 +3,7 @@
 use std::fs::{read_to_string, write};
 use std::path::Path;
 
-use flexcrank::plot::{Axis, Figure, Picture as _, overlaid};
+use flexcrank::plot::{Axis, Figure, Mark, Picture as _, overlaid};
 
 use super::animations::TUBE;
 use super::recording::record;
@@ -40,6 +40,20 @@ fn regress_a_file_has_its_name_and_its_style_in_every_figure() {
             assert_eq!(svg.matches(style).count(), curves[place], "{file} in {name}, and its sample in the legend: {svg}");
         }
     }
+}
+
+/// The first file's exact solution was thin and dashed, as that of the second: the legend had neither.
+#[test]
+fn regress_an_exact_solution_has_the_style_of_its_file() {
+    let file = |name: &str| {
+        let figure = Figure::new("Displacements of the masses", Axis::new("time", "s"), Axis::new("displacement", "m"));
+        let figure = figure.line("mass 1", &[0.0, 1.0], &[0.0, 1.0]);
+        (name.to_owned(), vec![("masses".to_owned(), figure.series("mass 1, exact", &[0.0, 1.0], &[0.0, 1.0], Mark::Dashes))])
+    };
+    let laid = overlaid(&["one", "two", "three"].map(file));
+    let marks = |panel: usize| laid[0].1.panels[panel].series.iter().map(|series| series.mark).collect::<Vec<Mark>>();
+    assert_eq!(marks(1), [Mark::Wide, Mark::Line, Mark::Dashes]);
+    assert_eq!(marks(0), marks(1));
 }
 
 #[test]

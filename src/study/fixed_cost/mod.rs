@@ -18,7 +18,7 @@ use trial::{Trial, Window, test_pulse};
 pub const PART: f64 = 0.1;
 /// The loads that move a scene.
 const LOADS_OF_CHAIN: &str = "pulses, a torque, a start rate or a [drive]";
-const LOADS_OF_OSCILLATOR: &str = "start_m, start_m_per_s or forces_n";
+const LOADS_OF_OSCILLATOR: &str = "start_m or forces_n";
 /// A step is counted as unconverged if it leaves this many times the most that any step of the trials left.
 const MARGIN: f64 = 10.0;
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
+use toml_edit::{DocumentMut, Item};
 
 use super::SweepError;
 use super::axis::{Axis, Levels, Value};
@@ -71,7 +72,7 @@ impl Campaign {
             .map_err(|refused| SpecError::new(origin, refusal_of_all(&spec, &refused)))?;
         if !spec.pulses.is_empty() {
             let origin = format!("pulses of {origin} in {}", spec.scene);
-            base = SceneSource::parse(&origin, &format!("{}\n{}", base.text, spec.pulses), &[])?;
+            base = SceneSource::parse(&origin, &format!("{}\n{}", with_pulses_as_tables(&base.text), spec.pulses), &[])?;
         }
         let shared = Sha256::new()
             .chain_update(concat!("flexcrank ", env!("CARGO_PKG_VERSION"), " sweep 1\n"))
@@ -227,8 +228,21 @@ fn refusal_of_all(spec: &Spec, refused: &SceneError) -> String {
     match changed {
         Some(place) => format!("set {:?}: {}", spec.set[place], reason(refused)),
         None if is_whole => format!("scene = {:?}: {}", spec.scene, refused.problem),
+        None if refused.place.starts_with("--set ") => format!("set {:?}: {}", &refused.place[6..], reason(refused)),
         None => format!("scene: {refused}"),
     }
+}
+
+/// The text of a scene whose pulses, if they are a list in one value, are tables, so that further ones can follow.
+fn with_pulses_as_tables(text: &str) -> String {
+    let Ok(mut scene) = text.parse::<DocumentMut>() else { return text.to_owned() };
+    if scene.get("pulse").is_none_or(Item::is_array_of_tables) {
+        return text.to_owned();
+    }
+    if let Some(Ok(pulses)) = scene.remove("pulse").map(Item::into_array_of_tables) {
+        scene.insert("pulse", Item::ArrayOfTables(pulses));
+    }
+    scene.to_string()
 }
 
 /// The place of the change that the scene refuses by itself for the same reason as all together.
@@ -303,6 +317,17 @@ mod tests {
         let refused = Campaign::new("test", Spec::parse("test", &text)?).err().ok_or("accepted")?.to_string();
         let way = "give all of them, as in 'pulse=[{ … }]' in the campaign's `set`, or its pulses in [[pulse]] tables";
         assert!(refused.ends_with(way), "{refused}");
+        // As it says: beside pulses that a change set, too.
+        let pulse = "[[pulse]]\nstart_s = 0.001\ntorque_nm = 0.0\nduration_s = 0.001\n";
+        let second = text.replace("pulse=[]", "pulse=[{ start_s = 0.0, torque_nm = 1.0, duration_s = 0.002 }]");
+        for (text, key) in [(&text, "pulse.0"), (&second.replace("pulse.0", "pulse.1"), "pulse.1")] {
+            let campaign = Campaign::new("test", Spec::parse("test", &format!("{text}{pulse}"))?)?;
+            let outcome = campaign.run(&campaign.sample(1), &|| false).ok_or("no outcome")?;
+            assert_eq!((outcome.ending, outcome.cause.as_str()), (Ending::Done, ""), "{key}");
+        }
+        let text = text.replace("\"pulse=[]\"", "\"pulse=[]\", \"pulse.0.torque_nm=1\"");
+        let refused = Campaign::new("test", Spec::parse("test", &text)?).err().ok_or("accepted")?.to_string();
+        assert!(refused.starts_with("test: set \"pulse.0.torque_nm=1\": `pulse` has no entries"), "{refused}");
         Ok(())
     }
 

@@ -170,6 +170,11 @@ fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Ou
         let step_s = figure(step_s);
         return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
     }
+    let last_s = (steps - 1.0) * step_s;
+    if last_s < limits.from_s - 1e-6 * step_s {
+        let why = format!("from_s = {}: the last step, of {step_s} s, begins at {} s", limits.from_s, figure(last_s));
+        return Err(Failed::Refused(why));
+    }
     let mut read = Reading { scalars: Scalars::new(scene), from_s: limits.from_s - 1e-6 * step_s, before_s: None };
     let torque_nm = simulation.take_mean_torque_nm();
     read.at(simulation.time_s(), &Instant { torque_nm, seen: simulation.observation() });
@@ -303,6 +308,11 @@ mod tests {
         let (whole, steady) = (mean_from(0.0), mean_from(0.5));
         assert!(whole.0 == Ending::Done && (whole.1 - 7.5).abs() < 0.01, "{whole:?}");
         assert!(steady.0 == Ending::Done && (steady.1 - 10.0).abs() < 1e-9, "{steady:?}");
+        let late = run(ramped, Limits { from_s: 0.9995, until_s: 1.0, max_steps: 10_000 }, columns.len(), &|| false).unwrap();
+        assert_eq!(
+            (late.ending, late.cause.as_str()),
+            (Ending::Refused, "from_s = 0.9995: the last step, of 0.001 s, begins at 0.999 s")
+        );
     }
 
     /// The torque of a pulse that ends at `from_s` was a peak of what follows.
