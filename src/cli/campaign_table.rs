@@ -5,7 +5,7 @@ use std::path::Path;
 use super::failure::{CommandResult, Failure};
 use super::formatting::counted;
 use crate::study::Table;
-use crate::study::sweep::is_trusted_row;
+use crate::study::sweep::{Ending, is_trusted_row};
 
 /// The refusal of a campaign's table without a run that ended well and can be trusted.
 const NO_RUN: &str = "nothing to draw: no run ended well and can be trusted; see the columns `ending`, `cause` and `verdict`";
@@ -14,9 +14,12 @@ const NO_RUN: &str = "nothing to draw: no run ended well and can be trusted; see
 /// they are.
 pub(super) fn without_failed_runs(path: &Path, mut table: Table) -> CommandResult<Table> {
     let has = |name: &&str| table.words(name).is_some() || table.column(name).is_some();
-    let of_campaign = ["index", "id", "cause"].iter().all(has).then(|| table.words("ending").zip(table.words("verdict")));
-    let Some((endings, verdicts)) = of_campaign.flatten() else { return Ok(table) };
-    let is_kept: Vec<bool> = endings.iter().zip(verdicts).map(|(ending, verdict)| is_trusted_row(ending, verdict)).collect();
+    let is_ending = |word: &String| Ending::ALL.iter().any(|ending| ending.as_str() == word);
+    let endings = table.words("ending").filter(|endings| endings.iter().all(is_ending));
+    let Some(endings) = endings.filter(|_| ["index", "id", "cause", "verdict"].iter().all(has)) else { return Ok(table) };
+    // Without any verdict, the column is none of words.
+    let verdict = |row: usize| table.words("verdict").and_then(|verdicts| verdicts.get(row)).map_or("", String::as_str);
+    let is_kept: Vec<bool> = endings.iter().enumerate().map(|(row, ending)| is_trusted_row(ending, verdict(row))).collect();
     let left_out = is_kept.iter().filter(|is_kept| !**is_kept).count();
     if left_out == is_kept.len() {
         return Err(Failure::Failed(format!("{}: {NO_RUN}", path.display())));

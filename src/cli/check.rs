@@ -59,7 +59,7 @@ A line `start` shows where the first link starts, bent by static loads: its angl
     tangent there.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
-    at which a link bends. Where even every step is too rare, it also names a shorter solver.step_s.
+    at which a link bends, or masses vibrate. Where even every step is too rare, it also names a shorter solver.step_s.
 
 `modal` leaves out that a link without `axial` stretches or shortens by N L / (E A). N is the largest mean axial force in such a run, \
     after its start, from 8 places: to half a percent where it varies along the link, as by rotation. `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \

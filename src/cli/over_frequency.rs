@@ -25,12 +25,12 @@ type Sample = (f64, Option<DVector<Complex<f64>>>);
 
 impl OverFrequency {
     /// Computes these outputs at these frequencies, and where each is largest between them. `natural` are the frequencies, Hz, and damping
-    /// ratios of the space, `length_m` is the length of the chain.
+    /// ratios of the space, `length_m` is the length of the chain, if there is one.
     pub(super) fn new(
         space: &StateSpace,
         (input, outputs): (usize, &[usize]),
         mut frequencies_hz: Vec<f64>,
-        (natural, length_m): (&[[f64; 2]], f64),
+        (natural, length_m): (&[[f64; 2]], Option<f64>),
     ) -> Self {
         let sample = |hz: f64| (hz, space.frequency_response(input, hz).ok());
         let progress = bar(frequencies_hz.len() as u64, "{wide_bar} {pos}/{len} frequencies{left}");

@@ -112,7 +112,7 @@ impl Source {
         let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
         let turning = self.coarse_turning(ys, is_animation);
         let is_drawn = |link: &str| {
-            let what = (&*format!("nodes.{link}."), if link == MASSES { "x_m" } else { ".deflection_m" });
+            let what = (&*format!("nodes.{link}."), if link.starts_with(MASSES) { "x_m" } else { ".deflection_m" });
             self.draws_motion_of(displacements, what, ys)
         };
         let vibrations = rare_samples(displacements, is_drawn, |link, found_hz| self.natural_hz(link, found_hz));

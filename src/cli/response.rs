@@ -154,7 +154,7 @@ impl Args {
             names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
         };
         let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
-        let length_m = linear.chosen.subject.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
+        let length_m = linear.chosen.subject.chain().map(|chain| chain.links.iter().map(|link| link.length_m).sum());
         let frequencies_hz = frequencies_hz(range_hz, natural);
         let over_frequency = OverFrequency::new(space, (input, &outputs), frequencies_hz, (natural, length_m));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
@@ -314,7 +314,8 @@ impl Responses {
 
     /// Prints which of the largest values after the step are between samples, of which tables and pictures are made.
     fn show_missed(&self) -> CommandResult<()> {
-        let missed = self.outputs.iter().enumerate().filter_map(|(k, name)| Some((name.as_str(), self.after_step.missed_s(k)?)));
+        let moved = self.outputs.iter().enumerate().filter(|(k, _)| self.over_frequency.moves[*k]);
+        let missed = moved.filter_map(|(k, name)| Some((name.as_str(), self.after_step.missed_s(k)?)));
         let (names, missed_s): (Vec<&str>, Vec<f64>) = missed.unzip();
         let Some(interval_s) = self.after_step.times_s.get(1).filter(|_| !names.is_empty()) else { return Ok(()) };
         let (names, interval) = (names.join(", "), figure(*interval_s));

@@ -18,17 +18,28 @@ pub(super) fn links(displacements: &Table) -> BTreeSet<String> {
 pub(super) struct Deflection<'a> {
     pub(super) deflections_m: &'a [f64],
     pub(super) rates_m_per_s: Vec<f64>,
-    /// From the least to the greatest; that of a straight link is a millionth of its length, that of a resting mass of its place.
+    /// From the least to the greatest; that of a straight link is a millionth of its length, that of a resting mass of its place, or of what another
+    /// moves.
     pub(super) range_m: f64,
 }
 
 impl<'a> Deflection<'a> {
-    /// That of a link, or those of an oscillator's masses, each with its name.
-    pub(super) fn all_of(displacements: &'a Table, link: &str) -> Vec<(String, Self)> {
-        if link == MASSES {
-            return (0..).map_while(|mass| Some((format!("mass {}", mass + 1), Self::of_mass(displacements, mass)?))).collect();
+    /// That of a link, or those of an oscillator's masses, each with its name and that in topics, as `mass.0`.
+    pub(super) fn all_of(displacements: &'a Table, link: &str) -> Vec<([String; 2], Self)> {
+        if link != MASSES {
+            return Self::of(displacements, link)
+                .map(|of_link| ([format!("the {link}"), link.to_owned()], of_link))
+                .into_iter()
+                .collect();
         }
-        Self::of(displacements, link).map(|deflection| (format!("the {link}"), deflection)).into_iter().collect()
+        let of_mass = |mass: usize| {
+            let names = [format!("mass {}", mass + 1), format!("{MASSES}.{mass}")];
+            Some((names, Self::of_mass(displacements, mass)?))
+        };
+        let mut all: Vec<([String; 2], Self)> = (0..).map_while(of_mass).collect();
+        let largest_m = all.iter().map(|(_, mass)| mass.range_m).fold(0.0, f64::max);
+        all.iter_mut().for_each(|(_, mass)| mass.range_m = mass.range_m.max(STRAIGHT * largest_m));
+        all
     }
 
     /// `None` if there is no such mass.

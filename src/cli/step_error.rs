@@ -9,6 +9,7 @@ use super::trial_run::{Look, RunLength, Trial};
 use crate::scene::{Chain, Drive, Link, ModelKind, Scene, System};
 use crate::simulation::Simulation;
 use crate::small_motion::Vibrations;
+use crate::study::trade::STRAIGHT;
 
 /// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
 const LARGEST: f64 = 1e-2;
@@ -84,7 +85,8 @@ pub(super) struct MassError {
 }
 
 impl MassError {
-    /// The largest over its mass's peak, in the looks of a run; `None` if no mass moves by more than rounding.
+    /// The largest over its mass's peak, in the looks of a run, of masses that move beside the one that moves most; `None` if none moves
+    /// by more than rounding.
     fn of(looks: &[Look], start_m: &[f64]) -> Option<Self> {
         let places_of = |mass: usize| looks.iter().filter_map(move |look| look.masses_m.get(mass));
         let error = |(mass, start_m): (usize, &f64)| {
@@ -96,7 +98,9 @@ impl MassError {
         };
         let errors: Vec<(f64, Self)> = start_m.iter().enumerate().map(error).collect();
         let furthest_m = looks.iter().flat_map(|look| &look.masses_m).map(|[_, exact_m]| exact_m.abs()).fold(0.0, f64::max);
-        let moving = errors.into_iter().filter(|(peak_m, _)| *peak_m > ROUNDING * furthest_m).map(|(_, error)| error);
+        let most_m = errors.iter().map(|(peak_m, _)| *peak_m).fold(0.0, f64::max);
+        let least_m = f64::max(ROUNDING * furthest_m, STRAIGHT * most_m);
+        let moving = errors.into_iter().filter(|(peak_m, _)| *peak_m > least_m).map(|(_, error)| error);
         moving.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak))
     }
 }

@@ -30,14 +30,20 @@ fn kind(output: &str, length_m: f64) -> Option<(Kind, f64)> {
 }
 
 /// Whether each of these outputs moves with the input, by more than rounding beside all outputs of its kind and all inputs. A torque
-/// counts as the force at the end of the chain that makes it.
-pub(super) fn moves(space: &StateSpace, (input, outputs): (usize, &[usize]), frequencies_hz: &[f64], length_m: f64) -> Vec<bool> {
-    let kinds: Vec<Option<(Kind, f64)>> = space.outputs.iter().map(|output| kind(output, length_m)).collect();
+/// counts as the force at the end of the chain, of this length, that makes it. Without a chain, what is not 0 moves: far from a force,
+/// masses move by tiny parts of what others do.
+pub(super) fn moves(
+    space: &StateSpace,
+    (input, outputs): (usize, &[usize]),
+    frequencies_hz: &[f64],
+    length_m: Option<f64>,
+) -> Vec<bool> {
+    let kinds: Vec<Option<(Kind, f64)>> = space.outputs.iter().map(|output| kind(output, length_m?)).collect();
     let every = frequencies_hz.len().div_ceil(LOOKS).max(1);
     let mut moves = vec![false; outputs.len()];
     for hz in frequencies_hz.iter().step_by(every) {
         let of_input = |input: usize| {
-            let arm_m = if space.inputs[input].ends_with("_nm") { length_m } else { 1.0 };
+            let arm_m = if space.inputs[input].ends_with("_nm") { length_m.unwrap_or(1.0) } else { 1.0 };
             let response = space.frequency_response(input, *hz).ok()?;
             let compared = |(size, kind): (f64, &Option<(Kind, f64)>)| kind.map_or(size, |(_, factor)| size * factor * arm_m);
             Some(response.iter().map(|entry| entry.norm()).zip(&kinds).map(compared).collect::<Vec<f64>>())

@@ -34,8 +34,9 @@ pub(super) fn rare_samples(
     let (Some(interval_s), Some(step_s)) = (regular_s(displacements), step_s(displacements)) else { return Vec::new() };
     let regular = regular_intervals(displacements);
     let mut missed = [const { Vec::new() }; 2];
-    for link in links(displacements).into_iter().filter(|link| is_drawn(link)) {
-        for (name, deflection) in Deflection::all_of(displacements, &link) {
+    for link in links(displacements) {
+        let all = Deflection::all_of(displacements, &link).into_iter().filter(|([_, place], _)| is_drawn(place));
+        for ([name, _], deflection) in all {
             if let Some(found_hz) = deflection.missed_hz(&regular, interval_s) {
                 let natural_hz = natural_hz(&link, found_hz);
                 if natural_hz.is_some_and(|hz| deflection.hardly_swings(&regular, hz)) {
@@ -313,6 +314,7 @@ mod tests {
         }
         let said = super::rare_samples(&table, |_| true, |_, _| None);
         assert!(said.len() == 1 && said[0].contains("the vibration of mass 1, so that"), "{said:?}");
+        assert_eq!(super::rare_samples(&table, |place| place == "mass.1", |_, _| None), [""; 0], "the other is drawn");
     }
 
     #[test]

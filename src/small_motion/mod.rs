@@ -21,6 +21,7 @@ mod lap;
 mod linear;
 mod linearised;
 mod loaded;
+mod masses_at_rest;
 #[cfg(test)]
 mod mechanisms;
 mod modal_equation;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 use super::linearised::Linearised;
+use super::masses_at_rest::masses_at_rest;
 use super::point::Point;
 use super::{NoModes, Subject};
 use crate::mechanics::{Input, Mechanism};
@@ -13,9 +14,6 @@ use crate::mechanics::{Input, Mechanism};
 const TOLERANCE: f64 = 1e-10;
 /// A correction below this part of the largest coordinate is rounding.
 const ROUNDING: f64 = 1e-11;
-/// A stiffness below this part of the largest holds nothing; forces that leave this part of themselves are balanced.
-const SINGULAR: f64 = 1e-13;
-const RESTING: f64 = 1e-9;
 /// Most of Newton's steps towards it.
 const STEPS: usize = 40;
 /// Angles of a turn at which its torque is computed.
@@ -23,7 +21,8 @@ const TURN: u32 = 64;
 
 impl Subject {
     /// At rest with the first link's tangent at `angle_rad`, bent by weight and constant loads; a torque that is part of the point
-    /// balances them there. The masses of an oscillator are where its springs balance its forces.
+    /// balances them there. The masses of an oscillator are where its springs balance its forces, or
+    /// at its start where nothing does.
     ///
     /// # Errors
     /// [`NoModes::NoEquilibrium`] where no such state is found.
@@ -35,31 +34,10 @@ impl Subject {
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         unsprung.start(&input, &mut q, &mut v).map_err(|_| NoModes::NoEquilibrium { angle_deg: angle_rad.to_degrees() })?;
         v.fill(0.0);
+        q = self.masses().and_then(masses_at_rest).unwrap_or(q);
         let mut point = Point { input, q, a: v.clone(), v, speed_rad_per_s: 0.0 };
-        if self.is_oscillator() {
-            self.rest_masses(&mut point);
-        }
         self.balance(&mut point);
         Ok(point)
-    }
-
-    /// Moves the masses of an oscillator from its start, by as little as possible, to where springs balance forces; where nothing does,
-    /// they stay.
-    fn rest_masses(&self, point: &mut Point) {
-        let mut mechanism = self.mechanism();
-        let mut residual = |q: &[f64]| {
-            let mut r = vec![0.0; q.len()];
-            mechanism.residual(&point.input, q, &point.v, &point.a, &mut r);
-            DVector::from_vec(r)
-        };
-        let before = residual(&point.q);
-        let stiffness = Linearised::new(self.mechanism().as_mut(), point).stiffness.dense();
-        let stiffness = stiffness.svd(true, true);
-        let Ok(change) = stiffness.solve(&before, SINGULAR * stiffness.singular_values.max()) else { return };
-        let q: Vec<f64> = point.q.iter().zip(&change).map(|(q, change)| q - change).collect();
-        if residual(&q).norm() <= RESTING * before.norm() {
-            point.q = q;
-        }
     }
 
     /// The constant torque that puts into a turn what friction and resistance take from it, were the links rigid and the speed constant:

@@ -62,9 +62,17 @@ impl Subject {
         }
     }
 
-    /// The oscillating masses, if that is what moves.
+    /// Whether masses oscillate.
     pub fn is_oscillator(&self) -> bool {
         self.chain().is_none()
+    }
+
+    /// The oscillating masses, if that is what moves.
+    pub(super) fn masses(&self) -> Option<&crate::scene::Oscillator> {
+        match &self.system {
+            System::Chain(_) => None,
+            System::Oscillator(oscillator) => Some(oscillator),
+        }
     }
 
     /// Whether two links hang on the pivot with a free end.

@@ -160,6 +160,19 @@ fn regress_an_output_that_the_input_does_not_move_is_largest_nowhere() -> Outcom
     Ok(())
 }
 
+/// Far beyond the frequencies of a chain of masses, its end moves by a tiny part of what the force moves: by less than rounding beside that.
+#[test]
+fn regress_the_far_end_of_a_chain_of_masses_moves() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs: Vec<String> = (1..=10).map(|mass| format!("[{}, {mass}, 100.0]", mass - 1)).collect();
+    let text = format!("[oscillator]\nmasses_kg = {:?}\nsprings = [{}]\n", [1.0; 10], springs.join(", "));
+    std::fs::write(folder.path().join("chain.toml"), text)?;
+    let line = "response chain.toml --input mass_10_force_n --output mass_1_m --from 10 --to 30";
+    let (code, told, said) = flexcrank(folder.path(), line)?;
+    assert!(code == Some(0) && !told.contains("not moved by"), "{told}{said}");
+    Ok(())
+}
+
 /// The state was the start, released: with a force of 400 N on the second mass, which then moves on. Static displacements by hand, K⁻¹F.
 #[test]
 fn val_the_masses_of_a_linear_model_are_where_springs_balance_forces() -> Outcome {

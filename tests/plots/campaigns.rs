@@ -23,8 +23,11 @@ fn regress_runs_that_failed_are_no_points_of_a_curve() {
     assert!(code == Some(0) && said.contains(warning) && of_all == of_good, "{said}");
     let (code, said, of_bad) = drawn("bad", &bad);
     assert!(code == Some(1) && said.contains("no run ended well and can be trusted") && of_bad.is_none(), "{said}");
+    let (code, said, of_failed) = drawn("failed", &["3,a4,40,diverged,why,,7e9\n", "5,a6,60,refused,why,,1\n"]);
+    assert!(code == Some(1) && said.contains("no run ended well and can be trusted") && of_failed.is_none(), "{said}");
     // A table that is no campaign's.
-    std::fs::write(folder.path().join("own.csv"), "t,ending,verdict,y\n0,happy,guilty,1\n1,sad,free,2\n").unwrap();
+    std::fs::write(folder.path().join("own.csv"), "index,id,cause,ending,verdict,y\n0,a,b,happy,guilty,1\n1,c,d,sad,free,2\n")
+        .unwrap();
     let output = plot(folder.path(), &["own.csv", "-o", "own.svg"]);
     assert!(output.status.code() == Some(0) && !complaint(&output).contains("warning"), "{}", complaint(&output));
 }
