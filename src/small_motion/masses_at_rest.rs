@@ -78,6 +78,10 @@ fn at_rest(oscillator: &Oscillator, masses: &[usize]) -> Option<Vec<f64>> {
 
 /// `K⁻¹ F`.
 fn solved(stiffness: &DMatrix<f64>, forces_n: &DVector<f64>) -> Option<Vec<f64>> {
+    // A mass alone.
+    if forces_n.is_empty() {
+        return Some(Vec::new());
+    }
     let factors = stiffness.clone().lu();
     let mut found_m = DVector::zeros(forces_n.len());
     for _ in 0..=REFINEMENTS {
@@ -110,6 +114,8 @@ mod tests {
             (&[(1, 2, 1e9), (1, 0, 1.0)], &[0.0, 0.5], &[0.01, 0.0], Some(&[0.5, 0.5])),
             (&[(1, 0, 1e14), (2, 0, 1.0)], &[0.0, 1.0], &[0.0, 0.0], Some(&[0.0, 1.0])),
             (&[(2, 3, 100.0)], &[0.0, 1.0, -1.0], &[0.3, 0.0, 0.5], Some(&[0.3, 0.255, 0.245])),
+            (&[], &[0.0], &[0.3], Some(&[0.3])),
+            (&[], &[1.0], &[0.3], None),
             (&[(1, 2, 1e9)], &[0.0, 0.005], &[0.01, 0.0], None),
             (&[(1, 0, 1e12), (2, 3, 1.0)], &[0.0, 1.0, 0.0], &[1.0, 0.0, 0.0], None),
         ] {
