@@ -46,9 +46,16 @@ fn regress_a_table_is_refused_where_none_is_written() -> Outcome {
     let at = folder.path();
     fs::write(at.join("s.toml"), SPEC)?;
     let table = |words: &[&str]| flexcrank(at, &[&["sweep", "s.toml", "--table", "runs.csv"][..], words].concat());
-    for words in [&["--shard", "1/2"][..], &["--indices"], &["--plot", "plots", "--scalars", "peak_kinetic_j"]] {
+    let scalars = ["--scalars", "peak_kinetic_j"];
+    // Usage lines had named `--table FILE --scalars SCALAR --plot DIR`, which was refused.
+    for (words, why) in [
+        (&["--shard", "1/2"][..], "cannot be used with"),
+        (&["--indices"], "give one command for each"),
+        (&[&["--plot", "plots"][..], &scalars].concat(), "give one command for each"),
+        (&scalars, "has all scalars"),
+    ] {
         let (code, said) = ended(table(words))?;
-        assert!(code == Some(2) && said.contains("cannot be used with") && said.contains("--table"), "{words:?}: {said}");
+        assert!(code == Some(2) && said.contains(why) && said.contains("--table"), "{words:?}: {said}");
     }
     let mut of_array = table(&[]);
     of_array.envs([("SLURM_ARRAY_TASK_ID", "1"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "2")]);

@@ -51,7 +51,6 @@ Exit codes: 0 done, 1 failed, or rows are missing after --merge, 2 usage, bad sp
 const NAMED: usize = 20;
 
 #[derive(Debug, clap::Args)]
-#[command(group = clap::ArgGroup::new("of_scalars").args(["indices", "plot"]).multiple(true))]
 pub(super) struct Args {
     /// The campaign: a TOML file.
     pub spec: PathBuf,
@@ -67,8 +66,9 @@ pub(super) struct Args {
     /// Compute nothing: write the table of all rows.
     #[arg(long, conflicts_with_all = ["shard", "jobs"])]
     pub merge: bool,
-    /// The table, .parquet or .csv. Default: table.parquet in the campaign's folder.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["shard", "indices", "plot"], value_parser = table_name)]
+    /// The table, .parquet or .csv, of all scalars. Default: table.parquet in the campaign's folder. --indices and --plot are commands of
+    /// their own, once the rows are there.
+    #[arg(long, value_name = "FILE", conflicts_with = "shard", value_parser = table_name)]
     pub table: Option<PathBuf>,
     /// Compute nothing: write sensitivity indices to indices.csv, and print them.
     #[arg(long, conflicts_with_all = ["shard", "jobs", "merge"])]
@@ -77,8 +77,24 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR", requires = "scalars", conflicts_with_all = ["shard", "jobs", "merge"])]
     pub plot: Option<PathBuf>,
     /// Scalars for --indices and --plot, separated by commas. Default of --indices: all.
-    #[arg(long, value_name = "SCALAR,…", value_delimiter = ',', requires = "of_scalars")]
+    #[arg(long, value_name = "SCALAR,…", value_delimiter = ',')]
     pub scalars: Vec<String>,
+}
+
+impl Args {
+    /// Refuses a table beside what is made of its rows, and scalars without it.
+    fn must_be_one_command(&self) -> CommandResult<()> {
+        let is_of_rows = self.indices || self.plot.is_some();
+        let why = match (&self.table, is_of_rows, self.scalars.is_empty()) {
+            (Some(_), true, _) => {
+                "--table writes the table, and --indices and --plot show what rows hold: give one command for each"
+            }
+            (Some(_), false, false) => "--scalars chooses what --indices and --plot show: the table of --table has all scalars",
+            (None, false, false) => "--scalars chooses what --indices and --plot show: give one of these, or leave it out",
+            _ => return Ok(()),
+        };
+        Err(Failure::Usage(why.to_owned()))
+    }
 }
 
 fn table_name(text: &str) -> Result<PathBuf, String> {
@@ -87,6 +103,7 @@ fn table_name(text: &str) -> Result<PathBuf, String> {
 }
 
 pub(super) fn sweep(args: &Args) -> CommandResult {
+    args.must_be_one_command()?;
     // From here on, so that no signal leaves an empty folder.
     let interruption = Interruption::watch()?;
     let campaign = Campaign::open(&args.spec)?;

@@ -99,11 +99,22 @@ impl<'a> Fault<'a> {
             return None;
         }
         let is_no_text = self.message.starts_with("string values must be quoted");
-        number_hint(value)
+        self.comma_hint()
+            .or_else(|| number_hint(value))
             .or_else(|| keys::measure(self.key).map(|measure| format!("`{value}` is no number, and {} is {measure}", self.key)))
             .or_else(|| boolean_hint(value))
             .or_else(|| quotes_hint(self.key, value))
             .or_else(|| is_no_text.then(|| format!("`{value}` is neither a number nor text in quotes")))
+    }
+
+    /// A hint at the decimal point for `0,005` in a list, where the parser stopped at the zeros of the second number.
+    fn comma_hint(&self) -> Option<String> {
+        let (before, _) = self.before.rsplit_once(',')?;
+        let after = self.line.get(before.len() + 1..).filter(|after| after.starts_with('0'))?;
+        let is_part = |c: char| c.is_ascii_digit() || "+-".contains(c);
+        let whole = &before[before.trim_end_matches(is_part).len()..];
+        let decimals = &after[..after.find(|c: char| !c.is_ascii_digit() && !"eE+-".contains(c)).unwrap_or(after.len())];
+        decimal_comma_hint(&format!("{whole},{decimals}"))
     }
 
     /// A hint at a list without its brackets, such as `1, 2` or `[0, 0], [1, 2]`, where the parser stopped at its comma.
@@ -314,6 +325,9 @@ mod tests {
         assert_problems(&[
             ("step_s = .5", ".5 is written as 0.5"),
             ("step_s = 5.", "5. is written as 5"),
+            ("values = [0,005, 0.01]", "a number has a decimal point, not a comma: 0.005"),
+            ("values = [[0, 0], [1,05]]", "a number has a decimal point, not a comma: 1.05"),
+            ("values = [1, 05]", "05 is written as 5"),
             ("step_s = −1", "−1 is written as -1"),
             ("step_s = .21e300", ".21e300 is written as 2.1e299"),
             ("step_s = \u{a0}2", "the space beside 2 is no ordinary one"),
