@@ -254,7 +254,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     }
 }
 
-/// What was found, in a few words.
+/// The finding on a scene, in a few words: the first line that `check` prints.
 fn finding(trial: &Trial, step_error: Option<StepError>) -> &'static str {
     match trial.verdict {
         Err(_) => "valid, but it diverges",

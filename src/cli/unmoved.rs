@@ -1,13 +1,13 @@
-//! Outputs that an input does not move in small motion, as the torque the slider in a dead centre.
+//! Outputs that an input does not move in small motion: a torque on the crank does not move a slider in its dead centre.
 
 use crate::small_motion::StateSpace;
 
-/// What is less than this part of a response of its kind, to any input, is rounding.
+/// A response below this part of the largest response of its kind, to any input, is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Frequencies that are looked at.
 const LOOKS: usize = 12;
 
-/// What an output is, of those that can be compared.
+/// The kind of a quantity: only outputs of one kind are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Displacement,

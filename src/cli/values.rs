@@ -74,11 +74,11 @@ pub(super) const LONG_PULSE_S: f64 = 10.0;
 pub(super) struct GivenDuration {
     /// In seconds.
     pub duration_s: f64,
-    /// What a long duration may be owed to, with its number.
+    /// A possible mistake behind a long duration, with the number that was given.
     doubt: Option<(Doubt, f64)>,
 }
 
-/// What a long duration may be owed to.
+/// A possible mistake behind a long duration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doubt {
     /// It was a number alone, and may be meant in ms.

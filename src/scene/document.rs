@@ -8,9 +8,6 @@ use super::syntax::{number, syntax_problem};
 use super::{SceneError, parse};
 use crate::repeated_table::repeated_table;
 
-/// Lists of a scene whose entries are tables.
-const LISTS_OF_TABLES: [&str; 2] = ["pulse", "level"];
-
 /// The text of a scene, where it came from, and the overrides that changed it.
 pub(super) struct SceneText {
     pub origin: String,
@@ -212,7 +209,7 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
                 }
                 let missing = || match entries {
                     0 => parse::refused_list(parent).unwrap_or_else(|| {
-                        let entry = if LISTS_OF_TABLES.contains(&parent) { "{ … }" } else { "…" };
+                        let entry = if parse::LISTS_OF_TABLES.contains(&parent) { "{ … }" } else { "…" };
                         format!("`{parent}` has no entries; give all of them, as in '{parent}=[{entry}]'")
                     }),
                     entries => format!("`{parent}` has entries 0 to {}, and none numbered {index}", entries - 1),

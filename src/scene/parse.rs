@@ -19,7 +19,7 @@ pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
 }
 
 /// Lists whose entries are tables.
-const LISTS_OF_TABLES: [&str; 2] = ["pulse", "level"];
+pub(super) const LISTS_OF_TABLES: [&str; 2] = ["pulse", "level"];
 /// Keys of other lists.
 const LISTS: [&str; 7] = ["resistance_table", "table", "changes", "masses_kg", "springs", "forces_n", "start_m"];
 

@@ -15,7 +15,8 @@ const INSTANTS: usize = 200;
 /// Place of the test pulse in the window, and its duration where the scene has no pulse, as parts of the window.
 const PULSE_AT: f64 = 0.4;
 const PULSE_FOR: f64 = 0.1;
-/// What changes by less stands still: a part of itself, and an angle in rad, a deflection over its link's length, or a mass in m.
+/// A value that changes by less stands still. The limit is a part of the value itself, plus a constant: in rad for an angle, over the
+/// link's length for a deflection, in m for a mass.
 const STILL: [f64; 2] = [1e-9, 1e-15];
 /// Parts of a step by which the test pulse begins and ends inside one.
 const BEGINS_INSIDE: f64 = 0.37;

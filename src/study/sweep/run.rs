@@ -329,7 +329,7 @@ mod tests {
         assert!(scalar("crank_peak_moment_nm") < Some(1.0), "{:?}", scalar("crank_peak_moment_nm"));
     }
 
-    /// What was before counts for the trust in a run, and for no other scalar.
+    /// Motion before `from_s` counts for `peak_out_of_range`, and for no other scalar.
     #[test]
     fn prop_nothing_before_is_read_but_how_far_a_link_bends() {
         let strip = "[beam]\nlength_m = 0.5\nelements = 4\ndensity_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.1e11\n";
