@@ -256,7 +256,6 @@ mod tests {
             "run --no-record --max-recording-size 1GB",
             "run --no-record --flush 50ms",
             "run --no-record --fsync",
-            "sweep campaign.toml --scalars pivot_peak_force_n",
             "replay take.mcap --wait-timeout 5",
         ] {
             let said = refusal(line);

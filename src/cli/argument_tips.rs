@@ -317,7 +317,9 @@ mod tests {
     #[test]
     fn regress_no_hidden_option_is_suggested_and_none_that_is_given_already() {
         assert_tips(&[
-            ("run crank-slider --speed 30", ""),
+            ("run crank-slider --speed 30", "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal"),
+            ("run --scene mine.toml", "a scene or a file stands without an option, as in `flexcrank run mine.toml`"),
+            ("run crank-slider --spied 30", ""),
             ("run --supervise --supervised-recor x.mcap", ""),
             ("run --until 5 --untl 6", ""),
             ("run --untl 6", "a similar argument exists: '--until'"),

@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 8] = [
+pub(super) const MEANINGS: [Meaning; 9] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -48,15 +48,35 @@ pub(super) const MEANINGS: [Meaning; 8] = [
         tip: "the option for simulated seconds per second is --pace FACTOR, or --pace max",
     },
     Meaning {
-        names: &["--model", "--integrator", "--step", "--solver", "--elements", "--modes", "--torque"],
+        names: &["--rpm"],
+        option: Some("--speed"),
+        command: None,
+        tip: "the option for the speed is --speed RAD/S: 60 rpm are 6.2832 rad/s",
+    },
+    Meaning {
+        names: &[
+            "--model",
+            "--integrator",
+            "--step",
+            "--dt",
+            "--solver",
+            "--elements",
+            "--modes",
+            "--torque",
+            "--speed",
+            "--rpm",
+            "--mass",
+            "--damping",
+            "--gravity",
+        ],
         option: Some("--set"),
         command: None,
         tip: "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal",
     },
     Meaning {
-        names: &["--rpm"],
-        option: Some("--speed"),
+        names: &["--scene", "--config"],
+        option: None,
         command: None,
-        tip: "the option for the speed is --speed RAD/S: 60 rpm are 6.2832 rad/s",
+        tip: "a scene or a file stands without an option, as in `flexcrank run mine.toml`",
     },
 ];

@@ -1,34 +1,29 @@
 //! `sweep`: campaigns of many runs, shared among threads, processes and machines.
 
+mod merged;
+mod warnings;
+
 use std::io::Write as _;
 use std::num::NonZero;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use super::aligned_table::{figure, print};
+use self::merged::{are_missing, merged};
+use self::warnings::{warn_of_refused_values, warn_of_suspect_numbers};
+use super::aligned_table::print;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, may_be_folder, must_be_writable};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::{ProgressLines, bar};
-use super::run_conclusion::step_remedy;
-use super::short_load::{ShortLoad, resistance};
 use super::signals::{Interruption, interruption_leaves};
-use super::sudden_start::sudden_start;
-use super::suspect_numbers::{newly_suspect, suspect_numbers};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
-use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::{ModelKind, SceneSource};
-use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, SweepError, TableFormat, Untrusted, Worked,
-    has_rows, merge, missing_rows, points, sensitivity, sensitivity_table, work,
+    Campaign, Shard, Spec, SweepError, TableFormat, Worked, has_rows, merge, missing_rows, points, sensitivity,
+    sensitivity_table, work,
 };
-
-/// Runs of a large campaign whose steps are looked at.
-const LOOKED_AT: u64 = 500;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -46,9 +41,6 @@ Rows are kept in SPEC's folder NAME.sweep as soon as they are computed. Several 
     without shares merges the table.
 
 Exit codes: 0 done, 1 failed, or rows are missing after --merge, 2 usage, bad specification or scene, 130 interrupted: rows are kept.";
-
-/// Ranges of missing rows that are named.
-const NAMED: usize = 20;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -143,69 +135,6 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
     }
 }
 
-/// Warns of listed values and bounds that their keys never allow, before anything is computed.
-fn warn_of_refused_values(campaign: &Campaign) {
-    for RefusedValue { reason, runs } in campaign.refused_values() {
-        let runs = match runs {
-            RefusedRuns::Counted(count) => format!("its {}", counted(count, "run")),
-            RefusedRuns::WithValue => "its runs".to_owned(),
-            RefusedRuns::BetweenBounds => "runs with values that it does not allow".to_owned(),
-        };
-        say!("warning: {}; {runs} will be refused", shown_sentence(&reason));
-    }
-}
-
-/// Warns of numbers that look like mistakes: those of the scene, and those of listed values and of bounds; of each key, the first in full.
-fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
-    let spec = campaign.spec();
-    // Without the campaign's pulses, so that a built-in scene is known by its name.
-    let base = SceneSource::open(&spec.scene, &spec.set)?;
-    suspect_numbers(&base).iter().chain(&sudden_start(&base.scene)).for_each(|warning| say!("warning: {warning}"));
-    let with_values = || spec.axes.iter().flat_map(|axis| campaign.with_given_values(axis).flatten());
-    if sudden_start(&base.scene).is_empty() {
-        let first = with_values().map(|changed| sudden_start(&changed.scene)).find(|warnings| !warnings.is_empty());
-        first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
-    }
-    warn_of_single_elements(&base, spec);
-    warn_of_short_loads(&base, campaign);
-    for axis in &spec.axes {
-        let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
-        let mut suspect = of_values.filter(|warnings| !warnings.is_empty());
-        suspect.next().iter().flatten().for_each(|warning| say!("warning: {warning}"));
-        let more = suspect.count() as u64;
-        if more > 0 {
-            say!("warning: likewise {} of {}", counted(more, "more value"), axis.key);
-        }
-    }
-    Ok(())
-}
-
-/// Warns of links that bend, and of whose peaks only what stands at their pins is seen.
-fn warn_of_single_elements(base: &SceneSource, spec: &Spec) {
-    for link in base.scene.chain().iter().flat_map(|chain| &chain.links) {
-        let (name, key) = (link.name.as_str(), format!("{}.elements", link.name.as_str()));
-        let bends = !link.rigid && base.scene.solver.model != ModelKind::Rigid;
-        if bends && link.elements == 1 && spec.axes.iter().all(|axis| axis.key != key) {
-            say!(
-                "warning: {key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and its axial and \
-                 shear forces are means over its length: set = [\"{key}=8\"] in the campaign shows them between the pins"
-            );
-        }
-    }
-}
-
-/// Warns of runs whose steps are too long for the resistance on the slider: the first of some of them.
-fn warn_of_short_loads(base: &SceneSource, campaign: &Campaign) {
-    if resistance(&base.scene).is_none() {
-        return;
-    }
-    let every = usize::try_from(campaign.runs() / LOOKED_AT).unwrap_or(usize::MAX).max(1);
-    let warning = |run: u64| Some((run, ShortLoad::warning_of_step(&campaign.scene_of(run).ok()?.scene)?));
-    if let Some((run, warning)) = (0..campaign.runs()).step_by(every).find_map(warning) {
-        say!("warning: run {run}: {warning}");
-    }
-}
-
 fn compute(
     campaign: &Campaign,
     folder: &Path,
@@ -255,90 +184,6 @@ fn must_have_rows(campaign: &Campaign, folder: &Path) -> CommandResult<()> {
         true => Ok(()),
         false => Err(Failure::Failed(format!("no rows of this campaign in {}: run the sweep first", folder.display()))),
     }
-}
-
-/// Prints what a table holds, and what it lacks.
-fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
-    let mut out = output();
-    writeln!(
-        out,
-        "{}: {} rows, computed in {} s, SHA-256 {}",
-        merged.path.display(),
-        merged.rows,
-        three_digits(merged.seconds),
-        merged.sha256
-    )?;
-    for (count, ended) in counts(merged) {
-        writeln!(out, "{count:>10}  {ended}")?;
-    }
-    warn_of_failures(merged);
-    merged.untrusted.iter().for_each(|untrusted| warn_of_untrusted(untrusted, campaign));
-    merged.out_of_range.iter().for_each(warn_of_bending);
-    if merged.missing.is_empty() {
-        return Ok(ExitStatus::Success);
-    }
-    Err(Failure::Failed(are_missing(&merged.missing, campaign)))
-}
-
-/// The number of rows that are missing, and the first of them.
-fn are_missing(missing: &[Range<u64>], campaign: &Campaign) -> String {
-    let range = |range: &Range<u64>| match range.end - range.start {
-        1 => range.start.to_string(),
-        _ => format!("{}–{}", range.start, range.end - 1),
-    };
-    let named: Vec<String> = missing.iter().take(NAMED).map(range).collect();
-    let more = if missing.len() > NAMED { ", …" } else { "" };
-    let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
-    format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))
-}
-
-/// Number of runs by their end; those that are done, but not to be trusted or out of the model's range, apart.
-fn counts(merged: &Merged) -> Vec<(u64, &'static str)> {
-    let untrusted = merged.untrusted.map_or(0, |untrusted| untrusted.count);
-    let bent = merged.out_of_range.map_or(0, |bent| bent.count);
-    let apart = |(ending, count): (&Ending, &u64)| match ending {
-        Ending::Done => vec![
-            (count - untrusted - bent, "done"),
-            (bent, "done, out of the model's range: a link was bent too far"),
-            (untrusted, "done, not to be trusted: the energy balance is off"),
-        ],
-        ending => vec![(*count, ending.as_str())],
-    };
-    merged.endings.iter().flat_map(apart).filter(|(count, _)| *count > 0).collect()
-}
-
-/// Warns of runs that are not to be trusted, with an example and the way to a better step.
-fn warn_of_untrusted(untrusted: &Untrusted, campaign: &Campaign) {
-    let Untrusted { count, first, worst_balance_j, in_play_j } = *untrusted;
-    let example = unbalanced(worst_balance_j, in_play_j);
-    say!("warning: {} ended unbalanced, such as run {first}: {example}", counted(count, "run"));
-    let source = campaign.scene_of(first).ok();
-    if let Some(remedy) = source.and_then(|source| step_remedy(std::iter::once(&source.scene))) {
-        say!("not to be trusted: {remedy}; SCENE is the campaign's scene with the values of run {first}");
-    }
-}
-
-/// Warns of runs that bent a link further than the model covers, with an example.
-fn warn_of_bending(out_of_range: &OutOfRange) {
-    let OutOfRange { count, first, bent } = *out_of_range;
-    let example = beyond_range(bent).unwrap_or_default();
-    say!("warning: {} bent a link too far, such as run {first}: {example}", counted(count, "run"));
-}
-
-/// Warns of runs that did not run to their end, with an example of each ending.
-fn warn_of_failures(merged: &Merged) {
-    for (ending, count) in merged.endings.iter().filter(|(ending, _)| **ending != Ending::Done) {
-        let ended = format!("{} ended as {}", counted(*count, "run"), ending.as_str());
-        match merged.causes.get(ending) {
-            Some((index, cause)) => say!("warning: {ended}, such as run {index}: {}", shown_sentence(cause)),
-            None => say!("warning: {ended}: see the column `cause` of {}", merged.path.display()),
-        }
-    }
-}
-
-/// Formats with three significant digits.
-fn three_digits(value: f64) -> String {
-    figure(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// Draws each scalar over each key, and its parallel coordinates.

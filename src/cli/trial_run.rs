@@ -7,15 +7,12 @@ use crate::mechanics::{LinkObservation, Observation};
 use crate::runtime::STATUS_PERIOD;
 use crate::scene::Scene;
 use crate::simulation::{Account, Diverged, EnergyVerdict, Simulation};
-use crate::study::usual_until_s;
+use crate::study::{is_at_rest, usual_until_s};
 
 /// After these steps, their cost is known well enough.
 const ENOUGH_STEPS: u32 = 20_000;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
-
-/// Coordinates that change by less stand still: as a part of themselves, and in rad or m.
-const STILL: [f64; 2] = [1e-9, 1e-15];
 
 /// The length of a run, and the limit within which it reaches that.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +145,7 @@ impl Trial {
             {
                 looks.extend(Look::at(steps, seen));
                 out_of_range = [out_of_range, seen.out_of_range].into_iter().flatten().reduce(f64::max);
-                stands_still = stands_still && is_like(&began, &position(simulation));
+                stands_still = stands_still && began.as_ref().is_some_and(|began| is_still_at(began, simulation));
                 if simulation.time_s() >= next_status_s {
                     next_status_s += STATUS_PERIOD.as_secs_f64();
                     distrust = Distrust::of(simulation).or(distrust);
@@ -173,12 +170,9 @@ impl Trial {
 
 /// Simulated time until which nothing is seen to move after the first step, s, at most `until_s`; 0 if something does, or cannot be told.
 pub(super) fn stands_still_s(simulation: &mut Simulation, until_s: f64) -> f64 {
-    let began = position(simulation);
-    if began.is_none() {
-        return 0.0;
-    }
+    let Some(began) = position(simulation) else { return 0.0 };
     let mut still_s = 0.0;
-    while simulation.time_s() < until_s && simulation.step().is_ok() && is_like(&began, &position(simulation)) {
+    while simulation.time_s() < until_s && simulation.step().is_ok() && is_still_at(&began, simulation) {
         still_s = simulation.time_s();
     }
     still_s
@@ -190,8 +184,6 @@ fn position(simulation: &mut Simulation) -> Option<Vec<f64>> {
     Some(motion.q.into_iter().chain(motion.input.motion.map(|[angle_rad, ..]| angle_rad)).collect())
 }
 
-fn is_like(one: &Option<Vec<f64>>, other: &Option<Vec<f64>>) -> bool {
-    let [relative, absolute] = STILL;
-    let near = |(one, other): (&f64, &f64)| (one - other).abs() <= relative * one.abs() + absolute;
-    one.iter().flatten().zip(other.iter().flatten()).all(near)
+fn is_still_at(began: &[f64], simulation: &mut Simulation) -> bool {
+    position(simulation).is_some_and(|now| is_at_rest(began, &now))
 }

@@ -177,8 +177,14 @@ pub(super) fn programs(text: &str) -> Result<usize, String> {
 
 pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-    let hint = || percent_hint(text).map(|hint| format!("; {hint}")).unwrap_or_default();
+    let hint = || percent_hint(text).or_else(|| unit_hint(text)).map(|hint| format!("; {hint}")).unwrap_or_default();
     number.ok_or_else(|| format!("a number from {} to {}{}", short(low), short(high), hint()))
+}
+
+/// A way on from a number with a unit, `1mm` or `100 Hz`.
+fn unit_hint(text: &str) -> Option<String> {
+    let number = text.trim_end_matches(|letter: char| letter.is_alphabetic() || "/°²³".contains(letter)).trim_end();
+    (number.len() < text.len() && finite(number).is_some()).then(|| format!("write it without a unit: {number}"))
 }
 
 /// A limit as people write it: `1e9`, `0.001`.
@@ -220,7 +226,17 @@ mod tests {
     fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
         assert_eq!(positive("1%"), Err("a number from 1e-9 to 1e9; 1% is written as 0.01".to_owned()));
         assert!(pace("50%").is_err_and(|problem| problem.ends_with("; 50% is written as 0.5")));
-        assert_eq!(positive("x"), Err("a number from 1e-9 to 1e9".to_owned()));
+        for text in ["x", "rad", "1e", "inf"] {
+            assert_eq!(positive(text), Err("a number from 1e-9 to 1e9".to_owned()));
+        }
+    }
+
+    #[test]
+    fn regress_a_number_with_a_unit_is_refused_with_the_number_to_write() {
+        for (text, number) in [("1mm", "1"), ("100 Hz", "100"), ("31.4rad/s", "31.4"), ("-5e-3m²", "-5e-3")] {
+            let said = positive(text).err().unwrap_or_default();
+            assert!(said.ends_with(&format!("; write it without a unit: {number}")), "{said}");
+        }
     }
 
     #[test]

@@ -37,15 +37,14 @@ pub(super) fn rare_samples(
     for link in links(displacements) {
         let all = Deflection::all_of(displacements, &link).into_iter().filter(|([_, place], _)| is_drawn(place));
         for ([name, _], deflection) in all {
-            if let Some(found_hz) = deflection.missed_hz(&regular, interval_s) {
-                let natural_hz = natural_hz(&link, found_hz);
-                if natural_hz.is_some_and(|hz| deflection.hardly_swings(&regular, hz)) {
-                    continue;
-                }
-                // Where every step was recorded, no rate could help.
-                let is_step_too_long = step_s > EVERY_STEP * interval_s || natural_hz.is_some_and(|hz| step_s > coarse_s(hz));
-                missed[usize::from(is_step_too_long)].push((natural_hz.unwrap_or(found_hz), name));
+            let Some(found_hz) = deflection.missed_hz(&regular, interval_s) else { continue };
+            let natural_hz = natural_hz(&link, found_hz);
+            if natural_hz.is_some_and(|hz| deflection.hardly_swings(&regular, hz)) {
+                continue;
             }
+            // Where every step was recorded, no rate could help.
+            let is_step_too_long = step_s > EVERY_STEP * interval_s || natural_hz.is_some_and(|hz| step_s > coarse_s(hz));
+            missed[usize::from(is_step_too_long)].push((natural_hz.unwrap_or(found_hz), name));
         }
     }
     let [by_rate, by_step] = missed;

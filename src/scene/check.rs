@@ -33,6 +33,11 @@ impl<'a> Checker<'a> {
         self.refuse(added.unwrap_or(usual), problem)
     }
 
+    /// The way out that an override has which added `key` to the scene, as the rest of a sentence; nothing if none did.
+    pub(super) fn way_if_added(&self, key: &str, way: &str) -> String {
+        self.text.added(key).map(|_| format!("; {way}")).unwrap_or_default()
+    }
+
     /// The refusal of tables that exclude one another, chosen as by [`refuse_one_of`](Self::refuse_one_of). If an override added
     /// the table, the refusal names the tables that the scene has instead, and their key of the same name.
     pub(super) fn refuse_one_table_of(&self, usual: &str, others: &[&str], problem: &str) -> SceneError {

@@ -121,11 +121,17 @@ fn known_keys(table: &str) -> String {
     if names.is_empty() { String::new() } else { format!(" (known here: {})", names.join(", ")) }
 }
 
+/// Keys by which other formats name and describe a whole file.
+const OF_THE_FILE: [&str; 4] = ["name", "title", "description", "comment"];
+
 /// The other tables that have an unknown key, and that which is named by its first word: `[torque]` for `drive.torque_nm`.
 fn elsewhere(path: &str, message: &str) -> String {
     let Some(given) = message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next()) else {
         return String::new();
     };
+    if path == given && OF_THE_FILE.contains(&given) {
+        return "; a scene has the name of its file, and comments stand after #".to_owned();
+    }
     let rows = keys::reference();
     let tables: Vec<&str> = rows.iter().filter(|row| row.key == given).map(|row| row.table).collect();
     let first_word = given.split('_').next().unwrap_or_default();
@@ -287,6 +293,7 @@ mod tests {
             ("solver.gravity=1", "); [gravity] is a table by itself"),
             ("resistance_n=1", "); it is a key of [slider]"),
             ("rod.colour=1", "axial, damping_s)"),
+            ("name=press", "); a scene has the name of its file, and comments stand after #"),
             // A key near at hand is enough.
             ("start.rate=1", "did you mean `rate_rad_per_s`? (known here: angle_rad, rate_rad_per_s, static_equilibrium)"),
             ("torque.torque_xy=1", "(known here: constant_nm)"),

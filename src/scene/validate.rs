@@ -110,8 +110,11 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     // A constant torque of 0 is none.
     let has_torque = raw.torque.as_ref().is_some_and(|torque| torque.constant_nm != Some(0.0));
     if !raw.pulse.is_empty() || has_torque {
-        let problem = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
-        check.note(|| check.refuse_one_of("drive", &["torque", "pulse"], problem));
+        let changes = [(!raw.pulse.is_empty(), "pulse=[]"), (has_torque, "torque.constant_nm=0")];
+        let changes: Vec<&str> = changes.into_iter().filter(|(is_given, _)| *is_given).map(|(_, change)| change).collect();
+        let way = check.way_if_added("drive", &format!("to drop the torque, set {} as well", changes.join(" and ")));
+        let problem = format!("prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]{way}");
+        check.note(|| check.refuse_one_of("drive", &["torque", "pulse"], &problem));
         torque(check, raw);
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
@@ -135,7 +138,13 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
         }
         _ => {
             let motions = ["drive.speed_rad_per_s", "drive.ramp", "drive.table"];
-            return Err(check.refuse_one_of("drive", &motions, "give exactly one of speed_rad_per_s, ramp, table"));
+            let added = motions.iter().map(|motion| check.way_if_added(motion, "to replace the table, set drive={…}"));
+            let way = added.reduce(|one, other| if one.is_empty() { other } else { one }).unwrap_or_default();
+            return Err(check.refuse_one_of(
+                "drive",
+                &motions,
+                &format!("give exactly one of speed_rad_per_s, ramp, table{way}"),
+            ));
         }
     };
     Ok(Drive::Motion(motion))

@@ -270,9 +270,12 @@ fn refusal_of_override(given: &str, problem: &str) -> (Option<i32>, String) {
 #[test]
 fn regress_an_override_that_excludes_a_key_of_the_scene_is_refused_itself() -> Result<(), Box<dyn Error>> {
     let torque = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
+    let dropped = &format!("{torque}; to drop the torque, set pulse=[] as well");
+    let one = "give exactly one of speed_rad_per_s, ramp, table; to replace the table, set drive={…}";
     for (scene, given, problem) in [
         ("thesis-compressor", "torque.constant_nm=2", torque),
-        ("thesis-compressor", "drive.ramp.over_s=4", "give exactly one of speed_rad_per_s, ramp, table"),
+        ("thesis-compressor", "drive.ramp.over_s=4", one),
+        ("crank-slider", "drive.speed_rad_per_s=3", dropped),
         ("thesis-compressor", "crank.density_kg_per_m3=7800", "give mass_kg, or section and density_kg_per_m3, not both"),
         ("crank-slider", "rod.area_m2=1e-4", "give section, or area_m2 and second_moment_m4, not both"),
     ] {

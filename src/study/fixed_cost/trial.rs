@@ -5,6 +5,7 @@ use super::limits::MOST_LEFT;
 use crate::mechanics::Observation;
 use crate::scene::{Drive, Pulse, PulseShape, Scene};
 use crate::simulation::{Diverged, PulseRequest, Simulation};
+use crate::study::is_at_rest;
 
 /// The most steps of a trial; the most steps times unknowns, for models of many unknowns; and the fewest steps.
 const MOST_STEPS: usize = 5000;
@@ -15,9 +16,6 @@ const INSTANTS: usize = 200;
 /// Place of the test pulse in the window, and its duration where the scene has no pulse, as parts of the window.
 const PULSE_AT: f64 = 0.4;
 const PULSE_FOR: f64 = 0.1;
-/// A value that changes by less stands still. The limit is a part of the value itself, plus a constant: in rad for an angle, over the
-/// link's length for a deflection, in m for a mass.
-const STILL: [f64; 2] = [1e-9, 1e-15];
 /// Parts of a step by which the test pulse begins and ends inside one.
 const BEGINS_INSIDE: f64 = 0.37;
 const ENDS_INSIDE: f64 = 0.41;
@@ -112,9 +110,7 @@ impl Trial {
     /// Whether anything moves by more than rounding, from the start on.
     pub(super) fn moves(&self) -> bool {
         let Some(first) = self.converged.first() else { return false };
-        let [relative, absolute] = STILL;
-        let is_moved = |(now, before): (&f64, &f64)| (now - before).abs() > relative * before.abs() + absolute;
-        self.converged.iter().any(|sample| sample.iter().zip(first).any(is_moved))
+        self.converged.iter().any(|sample| !is_at_rest(first, sample))
     }
 
     pub(super) fn errors(&self, scene: &Scene, corrections: usize) -> Result<TrialErrors, Diverged> {
