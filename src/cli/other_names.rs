@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 9] = [
+pub(super) const MEANINGS: [Meaning; 17] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -18,7 +18,7 @@ pub(super) const MEANINGS: [Meaning; 9] = [
         tip: "the option for the end is --until TIME",
     },
     Meaning {
-        names: &["--at"],
+        names: &["--at", "--start", "--begin"],
         option: Some("--delay"),
         command: Some("pulse"),
         tip: "the option for the time until the pulse begins is --delay TIME",
@@ -46,6 +46,49 @@ pub(super) const MEANINGS: [Meaning; 9] = [
         option: Some("--pace"),
         command: Some("run"),
         tip: "the option for simulated seconds per second is --pace FACTOR, or --pace max",
+    },
+    Meaning {
+        names: &["--speed", "--pace"],
+        option: Some("--rate"),
+        command: Some("replay"),
+        tip: "the option for recorded seconds per second is --rate FACTOR",
+    },
+    Meaning { names: &["--until", "--end", "--max"], option: Some("--to"), command: None, tip: "the option for the end is --to" },
+    Meaning {
+        names: &["--start", "--begin", "--min"],
+        option: Some("--from"),
+        command: None,
+        tip: "the option for the beginning is --from",
+    },
+    Meaning {
+        names: &["--columns", "--column", "--signals", "--signal"],
+        option: Some("--y"),
+        command: None,
+        tip: "the option for the columns of a figure is --y COLUMN",
+    },
+    Meaning {
+        names: &["--topics", "--topic", "--signals", "--signal", "--y"],
+        option: Some("--columns"),
+        command: Some("export"),
+        tip: "the option for what is exported is --columns COLUMN,…",
+    },
+    Meaning {
+        names: &["--from", "--start"],
+        option: Some("--start-offset"),
+        command: Some("replay"),
+        tip: "the option for the time in the recording to begin at is --start-offset TIME",
+    },
+    Meaning {
+        names: &["--modes", "--number"],
+        option: Some("--count"),
+        command: Some("modes"),
+        tip: "the option for the number of modes is --count N",
+    },
+    Meaning {
+        names: &["--topics", "--topic", "--columns", "--column", "--y"],
+        option: Some("--signals"),
+        command: None,
+        tip: "the option for what is shown is --signals SIGNAL",
     },
     Meaning {
         names: &["--rpm"],

@@ -56,9 +56,15 @@ fn without_list(column: &str) -> Option<&str> {
 }
 
 /// The column of the last node of the last link: of the rod for `slider.x_m`, of the rod or the beam for `tip.x_m`, `tip_x` or
-/// `end.x`. `watch` names it without `nodes`, and has signals of the slider itself. Links do not deflect at their ends.
+/// `end.x`. The slider moves along x alone: `slider_m` and `slider.speed` need no direction. `watch` names it without `nodes`, and has signals of the slider itself. Links do not deflect at their ends.
 fn column_of_end<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
-    let (end, wanted) = given.split_once(['.', '_']).filter(|(_, wanted)| !wanted.starts_with("deflection"))?;
+    let (end, wanted) = given.split_once(['.', '_']).unwrap_or((given, ""));
+    let wanted = match wanted.split('_').next() {
+        Some("deflection") => return None,
+        Some("" | "m" | "position" | "displacement" | "stroke") if end == "slider" => "x_m",
+        Some("speed" | "velocity") if end == "slider" => "vx_m_per_s",
+        _ => wanted,
+    };
     let is_of_end = |column: &&str| column.split_once('.').is_some_and(|(of, _)| of == end);
     if !ENDS.contains(&end) || columns.iter().any(is_of_end) {
         return None;
@@ -149,6 +155,10 @@ mod tests {
             ("slider.x", Some("nodes.rod.10.x_m")),
             ("slider_x_m", Some("nodes.rod.10.x_m")),
             ("slider.vx_m_per_s", Some("nodes.rod.10.vx_m_per_s")),
+            ("slider_m", Some("nodes.rod.10.x_m")),
+            ("slider", Some("nodes.rod.10.x_m")),
+            ("slider.position_m", Some("nodes.rod.10.x_m")),
+            ("slider_speed_m_per_s", Some("nodes.rod.10.vx_m_per_s")),
             ("slider.mass", None),
         ] {
             assert_eq!(nearest_column(given, columns), column, "{given}");
