@@ -39,6 +39,29 @@ fn regress_indices_of_a_part_name_the_rows_that_are_missing() -> Outcome {
     Ok(())
 }
 
+/// A list was unknown without its name, and a range a wrong time of the day.
+#[test]
+fn regress_a_wrong_list_of_a_campaign_is_refused_with_what_to_write() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let values = SPEC.replace("min = 1.2", "values = 1.2:1.8:0.1");
+    for (spec, said) in [
+        (SPEC.replace("vary", "vray"), "s.toml:6: [[vray]]: unknown key; did you mean `vary`? (known here"),
+        (SPEC.replace("[[vary]]", "[vray]"), "s.toml:6: [vray]: unknown key; did you mean `vary`? (known here"),
+        (values.clone(), "s.toml:8: not TOML: `1.2:1.8:0.1` is no number; a list has each of its values, in brackets"),
+        (values.replace("1.2:1.8:0.1", "12:18:10"), "s.toml:8: values = 12:18:10: must be a list"),
+        (values.replace("1.2:1.8:0.1", "1.2"), "s.toml:8: values = 1.2: must be a list, such as [1.2]"),
+        (
+            SPEC.replace("set = [", "set = \"rod.modes=1\" # ["),
+            "s.toml:2: set = \"rod.modes=1\": must be a list, such as [\"rod.modes=1\"]",
+        ),
+    ] {
+        fs::write(folder.path().join("s.toml"), &spec)?;
+        let (code, refused) = ended(flexcrank(folder.path(), &["sweep", "s.toml"]))?;
+        assert!(code == Some(2) && refused.starts_with(&format!("error: {said}")), "{spec}: {refused}");
+    }
+    Ok(())
+}
+
 /// The table was accepted, and never written.
 #[test]
 fn regress_a_table_is_refused_where_none_is_written() -> Outcome {

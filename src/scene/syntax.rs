@@ -79,6 +79,7 @@ impl<'a> Fault<'a> {
         comma_in(before_comment(self.line))
             .or_else(|| share_hint(self.key, self.value()))
             .or_else(|| unit_hint(self.value()))
+            .or_else(|| range_hint(self.value()))
             .or_else(|| self.value_hint())
             .or_else(|| self.list_hint())
             .or_else(|| self.line_hint())
@@ -260,6 +261,12 @@ fn unit_hint(value: &str) -> Option<String> {
     (has_unit && !is_more).then(|| format!("`{value}`: write the number alone, as its key names the unit"))
 }
 
+/// A hint at the list to write for a range, `1:3:1`, which TOML takes for a time of the day.
+fn range_hint(value: &str) -> Option<String> {
+    let is_range = value.contains(':') && value.split(':').all(|part| number(part.trim()).is_some());
+    is_range.then(|| format!("`{value}` is no number; a list has each of its values, in brackets"))
+}
+
 #[cfg(test)]
 mod tests {
     use crate::scene::{SceneSource, builtin};
@@ -312,6 +319,8 @@ mod tests {
             ("masses_kg = 10 000,5", "unexpected `,5`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #"),
             ("step_s = 0, 25", "unexpected `, 25`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #"),
             ("masses_kg = 1, 2 # x = 1,5", "masses_kg: a list stands in brackets: [1, 2]"),
+            ("masses_kg = 1:3:1", "`1:3:1` is no number; a list has each of its values, in brackets"),
+            ("masses_kg = 0.1:0.5:0.1", "`0.1:0.5:0.1` is no number; a list has each of its values, in brackets"),
             ("masses_kg = 1 kg, 2 kg", "`1 kg`: write the number alone, as its key names the unit"),
         ]);
         let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();

@@ -8,6 +8,7 @@ mod axis;
 mod campaign;
 mod chunk;
 mod merge;
+mod misread;
 mod points;
 mod random;
 mod row;

@@ -1,21 +1,18 @@
 //! The specification of a campaign: a TOML file, validated once.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use toml_edit::{Document, TomlError};
+use toml_edit::Document;
 
 use super::axis::{Axis, Levels};
+use super::misread::{at_line, misread};
 use super::sobol;
 use crate::recording::begins_as_mcap;
-use crate::repeated_table::repeated_table;
-use crate::scene::{builtin, syntax_problem, toml_problem};
+use crate::scene::builtin;
 use crate::shown::Shown;
 use crate::text_file;
 
-/// Lists of tables in a specification.
-const LISTS: [&str; 2] = ["vary", "pulse"];
 /// Size limit of a specification, bytes.
 const SIZE_LIMIT: usize = 1024 * 1024;
 /// Most runs of a campaign.
@@ -184,63 +181,6 @@ impl Spec {
 fn is_scene(table: &toml::Table) -> bool {
     let has = |key: &str| table.contains_key(key);
     ["crank", "beam", "oscillator", "solver"].into_iter().any(has) && !has("vary")
-}
-
-/// The origin with the line of a byte of its text.
-fn at_line(origin: &str, text: &str, byte: usize) -> String {
-    format!("{origin}:{}", 1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count())
-}
-
-/// The key that a fault at `span` is of, with its value if the fault is the value's; empty if the fault is not within a line.
-fn named(text: &str, span: Range<usize>) -> String {
-    let (Some(before), Some(part)) = (text.get(..span.start), text.get(span)) else { return String::new() };
-    let before = before.rsplit('\n').next().unwrap_or_default().trim();
-    match before.strip_suffix('=') {
-        _ if part.is_empty() || part.contains('\n') => String::new(),
-        Some(keys) => {
-            let key = keys.rsplit([',', '{']).next().unwrap_or_default().trim();
-            format!("{} = {}: ", Shown(key, 100), Shown(part, 100))
-        }
-        None if before.is_empty() && !part.contains('=') => format!("{}: ", Shown(part, 100)),
-        None => String::new(),
-    }
-}
-
-/// The refusal of a text that is no TOML or has other keys or values.
-fn misread(origin: &str, text: &str, error: &toml::de::Error) -> SpecError {
-    if let Err(error) = Document::parse(text) {
-        return not_toml(origin, text, &error);
-    }
-    let key = || error.span().map(|span| named(text, span)).unwrap_or_default();
-    SpecError {
-        place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
-        problem: no_list_problem(text, error).unwrap_or_else(|| key() + &toml_problem(error.message())),
-    }
-}
-
-/// The refusal of a text that is no TOML.
-fn not_toml(origin: &str, text: &str, error: &TomlError) -> SpecError {
-    let repeated = repeated_table(text, (error.message(), error.span()), |name| LISTS.contains(&name));
-    let place = repeated.as_ref().map(|(place, _)| *place).or_else(|| error.span().map(|span| span.start));
-    SpecError {
-        place: place.map_or(origin.to_owned(), |place| at_line(origin, text, place)),
-        problem: repeated.map_or_else(|| syntax_problem("", text, error), |(_, problem)| problem),
-    }
-}
-
-/// The problem with a table `[name]` or a value, where a campaign has a list of such tables.
-fn no_list_problem(text: &str, error: &toml::de::Error) -> Option<String> {
-    let line = from_line(text, error.span()?.start)?.trim_start_matches(['[', ' ', '\t']);
-    let given: toml::Table = toml::from_str(text).ok()?;
-    let is_no_list = |name: &str| given.get(name).is_some_and(|given| !given.is_array());
-    let name = LISTS.into_iter().find(|&name| line.starts_with(name) && is_no_list(name))?;
-    Some(format!("{name}: must be a list, each entry in a table [[{name}]]"))
-}
-
-/// The text from the line of a byte on.
-fn from_line(text: &str, byte: usize) -> Option<&str> {
-    let begin = text.get(..byte)?.rfind('\n').map_or(0, |line_break| line_break + 1);
-    text.get(begin..)
 }
 
 /// A refusal of the whole specification, or of a key that varies.
