@@ -41,18 +41,22 @@ fn regress_the_best_has_the_least_error_that_is_certain() {
     let source = open("ref-r2s", &[]);
     let demands = Demands { tolerance: 5e-3, real_time_factor: 1e-9 };
     let refined = Excess::AtMost { sufficient_budget: Some(FinerBudget { budget_s: 240.0, is_likely: true }) };
-    for (of_rows, step_s, output, times, excess) in [
-        ([[4.4e-2, 6e-2], [1e-3, 1.6e-1], [5e-5, 7e-2]], 1e-4, OutputGroup::Deflection, 15.0, refined),
-        ([[4.4e-2, 6e-2], [3e-2, 7e-2], [9e-2, 5e-2]], 5e-4, OutputGroup::Angle, 6.0, Excess::Measured),
-        ([[4.4e-2, 2e-1], [5e-5, 1e-1], [5e-5, 3e-1]], 5e-4, OutputGroup::Deflection, 5.0, Excess::AtLeast),
+    // A refusal named the angle alone: a looser tolerance for that failed in deflection.
+    let deflection = Some("deflection");
+    for (of_rows, step_s, output, times, excess, larger) in [
+        ([[4.4e-2, 6e-2], [1e-3, 1.6e-1], [5e-5, 7e-2]], 1e-4, OutputGroup::Deflection, 15.0, refined, None),
+        ([[4.4e-2, 6e-2], [3e-2, 7e-2], [9e-2, 5e-2]], 5e-4, OutputGroup::Angle, 6.0, Excess::Measured, deflection),
+        ([[4.4e-2, 2e-1], [5e-5, 1e-1], [5e-5, 3e-1]], 5e-4, OutputGroup::Deflection, 5.0, Excess::AtLeast, None),
     ] {
         let study = study_of(&source, [1.1e-4, 7.5e-2], of_rows);
         let refusal = choose(&source.scene, &study, &demands, 5.0, &mut |_| {}).unwrap_err();
-        let Refusal::Tolerance { best, times: found_times, output: found_output, excess: found_excess, .. } = &refusal else {
+        let Refusal::Tolerance { best, times: found_times, output: found_output, excess: found_excess, perhaps, .. } = &refusal
+        else {
             panic!("{refusal}")
         };
         assert_eq!((best.step_s, *found_output, *found_excess), (step_s, output, excess), "{refusal}");
         assert!((found_times / times - 1.0).abs() < 1e-9, "{refusal}");
+        assert_eq!(perhaps.map(|(word, _)| word), larger, "{refusal}");
     }
 }
 
@@ -108,6 +112,7 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
             output: OutputGroup::Deflection,
             word: "deflection",
             excess,
+            perhaps: None,
             left_out: 0,
         };
         let expected = format!("{start}: the best, {best}, is {part}2.078 times over it in deflection{reason}");
@@ -115,10 +120,11 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
     }
     // A table that the budget ended is no proof.
     let (times, output, excess) = (50.0, OutputGroup::Angle, Excess::Measured);
-    let refusal = Refusal::Tolerance { best: Box::new(best.clone()), times, output, word: "angle", excess, left_out: 567 };
+    let (word, perhaps) = ("angle", Some(("deflection", 60.0)));
+    let refusal = Refusal::Tolerance { best: Box::new(best.clone()), times, output, word, excess, perhaps, left_out: 567 };
     let expected = format!(
-        "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle; with a \
-         larger --budget, more are measured (567 skipped)"
+        "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle, and up to \
+         60.000 times in deflection, which the reference does not know well; with a larger --budget, more are measured (567 skipped)"
     );
     assert_eq!(refusal.to_string(), expected);
 }

@@ -31,6 +31,9 @@ pub enum Refusal {
         word: &'static str,
         /// How well the reference knows this error.
         excess: Excess,
+        /// The word for an output that the reference knows less well, and may be further off, with the most that its error is over the
+        /// tolerance.
+        perhaps: Option<(&'static str, f64)>,
         /// Configurations that the budget did not allow.
         left_out: usize,
     },
@@ -112,7 +115,7 @@ const NONE_MEASURED: &str = "no configuration that was measured holds the tolera
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Tolerance { best, times, word, excess, left_out, .. } => {
+            Refusal::Tolerance { best, times, word, excess, perhaps, left_out, .. } => {
                 let (fails, part) = match excess {
                     Excess::Measured if *left_out > 0 => (NONE_MEASURED, ""),
                     Excess::AtLeast if *left_out > 0 => (NONE_MEASURED, "at least "),
@@ -121,7 +124,11 @@ impl fmt::Display for Refusal {
                     Excess::AtMost { .. } => ("no configuration is known to hold the tolerance", "up to "),
                 };
                 let (reason, skipped) = (excess.reason(), skipped(*left_out));
-                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {word}{reason}{skipped}")
+                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {word}{reason}")?;
+                if let Some((word, times)) = perhaps {
+                    write!(f, ", and up to {times:.3} times in {word}, which the reference does not know well")?;
+                }
+                f.write_str(&skipped)
             }
             Refusal::Speed { best, times } => {
                 write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")
