@@ -56,7 +56,8 @@ fn without_list(column: &str) -> Option<&str> {
 }
 
 /// The column of the last node of the last link: of the rod for `slider.x_m`, of the rod or the beam for `tip.x_m`, `tip_x` or
-/// `end.x`. The slider moves along x alone: `slider_m` and `slider.speed` need no direction. `watch` names it without `nodes`, and has signals of the slider itself. Links do not deflect at their ends.
+/// `end.x`. The slider moves along x alone: `slider_m` and `slider.speed` need no direction. `watch` names it without `nodes`, and
+/// has signals of the slider itself. Links do not deflect at their ends.
 fn column_of_end<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
     let (end, wanted) = given.split_once(['.', '_']).unwrap_or((given, ""));
     let wanted = match wanted.split('_').next() {
