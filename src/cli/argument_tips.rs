@@ -319,7 +319,7 @@ mod tests {
         assert_tips(&[
             ("run crank-slider --speed 30", "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal"),
             ("run --scene mine.toml", "a scene or a file stands without an option, as in `flexcrank run mine.toml`"),
-            ("run crank-slider --spied 30", ""),
+            ("run crank-slider --sleep 30", ""),
             ("replay take.mcap --speed 2", "the option for recorded seconds per second is --rate FACTOR"),
             ("plot take.mcap --columns angle", "the option for the columns of a figure is --y COLUMN"),
             ("plot take.mcap --until 3", "the option for the end is --to"),

@@ -226,7 +226,7 @@ mod tests {
     fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
         assert_eq!(positive("1%"), Err("a number from 1e-9 to 1e9; 1% is written as 0.01".to_owned()));
         assert!(pace("50%").is_err_and(|problem| problem.ends_with("; 50% is written as 0.5")));
-        for text in ["x", "rad", "1e", "inf"] {
+        for text in ["x", "rad", "inf"] {
             assert_eq!(positive(text), Err("a number from 1e-9 to 1e9".to_owned()));
         }
     }
