@@ -50,6 +50,12 @@ fn regress_a_wrong_list_of_a_campaign_is_refused_with_what_to_write() -> Outcome
         (values.clone(), "s.toml:8: not TOML: `1.2:1.8:0.1` is no number; a list has each of its values, in brackets"),
         (values.replace("1.2:1.8:0.1", "12:18:10"), "s.toml:8: values = 12:18:10: must be a list"),
         (values.replace("1.2:1.8:0.1", "1.2"), "s.toml:8: values = 1.2: must be a list, such as [1.2]"),
+        (values.replace("1.2:1.8:0.1", "\"1, 2\""), "s.toml:8: values = \"1, 2\": must be a list\n"),
+        (SPEC.replace("[[vary]]", "[[vray]] # it"), "s.toml:6: [[vray]]: unknown key; did you mean `vary`? (known here"),
+        (
+            SPEC.replace("sobol", "grid"),
+            "s.toml: samples: a grid has as many as its values make; give each [[vary]] a count instead",
+        ),
         (
             SPEC.replace("set = [", "set = \"rod.modes=1\" # ["),
             "s.toml:2: set = \"rod.modes=1\": must be a list, such as [\"rod.modes=1\"]",

@@ -4,7 +4,7 @@
 //! from sample to sample of the acceleration has another mean where it misses a vibration. The acceleration of a vibration grows
 //! with the square of its frequency, and so do forces: lines may miss them where they draw deflections right.
 
-use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step_s};
+use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step};
 use super::suggested_rate::coarse_s;
 use super::vibration_sampling::momentary_hz;
 use crate::study::Table;
@@ -25,7 +25,7 @@ const EVEN: f64 = 1e-6;
 /// A sentence about the topic `angles` of a recording if lines between its samples miss accelerations of links. Where every step
 /// was recorded, no rate could help.
 pub(super) fn rare_accelerations(angles: &Table) -> Option<String> {
-    let step_s = step_s(angles)?;
+    let step_s = step(angles)?.longest_s;
     let leaves_out_steps = step_s <= EVERY_STEP * regular_s(angles)?;
     let regular = leaves_out_steps.then(|| regular_intervals(angles))?;
     let link = |name: &str| Some(name.strip_prefix("links.")?.strip_suffix(ACCELERATION)?.to_owned());

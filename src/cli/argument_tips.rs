@@ -33,11 +33,11 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         _ => None,
     };
     let first = long.as_deref().unwrap_or(&given);
-    let place =
-        if is_root { place_of(first).filter(|_| !first.starts_with('-')).or_else(|| option_of_run(first, root)) } else { None };
+    let meaning = if error.kind() == Kind::UnknownArgument { other_name_tip(&given, with_options, words) } else { None };
+    let option_of_run = || option_of_run(first, root).filter(|_| meaning.is_none());
+    let place = if is_root { place_of(first).filter(|_| !first.starts_with('-')).or_else(option_of_run) } else { None };
     let dashes = long.map(|long| format!("a long option has two dashes: {long}"));
     let joined = in_one_word(&given, innermost, words);
-    let meaning = if error.kind() == Kind::UnknownArgument { other_name_tip(&given, innermost, words) } else { None };
     let suggested = error.get(ContextKind::SuggestedArg).map(ToString::to_string);
     if meaning.is_some() || suggested.is_some_and(|option| leads_nowhere(&given, &option, innermost, words)) {
         // clap also shows the usage of what it suggests.
@@ -313,22 +313,47 @@ mod tests {
         assert!(!refusal("replay take.mcap --at 3").contains("pulse begins"));
     }
 
+    /// `run --scene` led to `--scene-updates`, and `modes --modes` to a key of the scene.
+    #[test]
+    fn regress_an_option_of_another_command_or_program_leads_to_that_of_this_one() {
+        let (scene, speed) =
+            ("a scene stands without an option, as in `flexcrank run mine.toml`", "--set drive.speed_rad_per_s=31.4");
+        for (line, tip) in [
+            ("run --scene mine.toml", scene),
+            ("--scene mine.toml", scene),
+            ("trade --scene mine.toml", scene),
+            ("sweep spec.toml --scene mine.toml", "the scene stands in the campaign's file"),
+            ("what-if take.mcap --scene mine.toml", "a recording stands without an option, and has its scene"),
+            ("run --config gate.json5", "--zenoh-config FILE"),
+            ("watch crank --config gate.json5", "--zenoh-config FILE"),
+            ("run crank-slider --speed 30", speed),
+            ("run --rpm 300", speed),
+            ("replay take.mcap --speed 2", "--rate FACTOR"),
+            ("replay take.mcap --begin 3", "--start-offset TIME"),
+            ("plot take.mcap --columns angle", "--y COLUMN"),
+            ("plot take.mcap --until 3", "--to TIME"),
+            ("response --max 100", "--to HZ"),
+            ("response --min 1", "--from HZ"),
+            ("watch crank --topic angles", "--signals SIGNAL"),
+            ("export take.mcap --csv out --topics angles", "--columns COLUMN"),
+            ("modes crank-slider --modes 3", "--count N"),
+            ("trade --dt 1e-3", "--steps STEP,…"),
+            ("linearise --dt 1e-3", "--step TIME"),
+            ("pulse crank --torque 1 --duration 1s --start 2", "--delay TIME"),
+        ] {
+            let said = refusal(line);
+            assert!(said.contains("tip: ") && said.contains(tip) && said.matches("tip: ").count() == 1, "{line}: {said}");
+        }
+        for line in ["list --scene mine.toml", "pulse crank --torque 1 --duration 1s --min 2", "verify take.mcap --config x"] {
+            assert!(!refusal(line).contains("tip: "), "{line}: {}", refusal(line));
+        }
+    }
+
     /// clap looks for a similar option among all of a command, hidden ones and those that are given.
     #[test]
     fn regress_no_hidden_option_is_suggested_and_none_that_is_given_already() {
         assert_tips(&[
-            ("run crank-slider --speed 30", "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal"),
-            ("run --scene mine.toml", "a scene or a file stands without an option, as in `flexcrank run mine.toml`"),
             ("run crank-slider --sleep 30", ""),
-            ("replay take.mcap --speed 2", "the option for recorded seconds per second is --rate FACTOR"),
-            ("plot take.mcap --columns angle", "the option for the columns of a figure is --y COLUMN"),
-            ("plot take.mcap --until 3", "the option for the end is --to"),
-            ("response --max 100", "the option for the end is --to"),
-            ("response --min 1", "the option for the beginning is --from"),
-            ("watch crank --topic angles", "the option for what is shown is --signals SIGNAL"),
-            ("export take.mcap --csv out --topics angles", "the option for what is exported is --columns COLUMN,…"),
-            ("modes crank-slider --modes 3", "the option for the number of modes is --count N"),
-            ("replay take.mcap --from 3", "the option for the time in the recording to begin at is --start-offset TIME"),
             ("run --supervise --supervised-recor x.mcap", ""),
             ("run --until 5 --untl 6", ""),
             ("run --untl 6", "a similar argument exists: '--until'"),

@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 17] = [
+pub(super) const MEANINGS: [Meaning; 24] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -42,6 +42,30 @@ pub(super) const MEANINGS: [Meaning; 17] = [
         tip: "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]",
     },
     Meaning {
+        names: &["--scene"],
+        option: None,
+        command: Some("sweep"),
+        tip: "the scene stands in the campaign's file: scene = \"mine.toml\"",
+    },
+    Meaning {
+        names: &["--scene"],
+        option: None,
+        command: Some("what-if"),
+        tip: "a recording stands without an option, and has its scene",
+    },
+    Meaning {
+        names: &["--scene"],
+        option: Some("--set"),
+        command: None,
+        tip: "a scene stands without an option, as in `flexcrank run mine.toml`",
+    },
+    Meaning {
+        names: &["--config"],
+        option: Some("--zenoh-config"),
+        command: None,
+        tip: "the option for zenoh's configuration is --zenoh-config FILE",
+    },
+    Meaning {
         names: &["--rate"],
         option: Some("--pace"),
         command: Some("run"),
@@ -53,30 +77,42 @@ pub(super) const MEANINGS: [Meaning; 17] = [
         command: Some("replay"),
         tip: "the option for recorded seconds per second is --rate FACTOR",
     },
-    Meaning { names: &["--until", "--end", "--max"], option: Some("--to"), command: None, tip: "the option for the end is --to" },
     Meaning {
-        names: &["--start", "--begin", "--min"],
+        names: &["--from", "--start", "--begin"],
+        option: Some("--start-offset"),
+        command: Some("replay"),
+        tip: "the option for the time in the recording to begin at is --start-offset TIME",
+    },
+    Meaning { names: &["--until", "--end"], option: Some("--to"), command: None, tip: "the option for the end is --to TIME" },
+    Meaning {
+        names: &["--min"],
         option: Some("--from"),
-        command: None,
-        tip: "the option for the beginning is --from",
+        command: Some("response"),
+        tip: "the option for the lowest frequency is --from HZ",
+    },
+    Meaning {
+        names: &["--max"],
+        option: Some("--to"),
+        command: Some("response"),
+        tip: "the option for the highest frequency is --to HZ",
     },
     Meaning {
         names: &["--columns", "--column", "--signals", "--signal"],
         option: Some("--y"),
-        command: None,
+        command: Some("plot"),
         tip: "the option for the columns of a figure is --y COLUMN",
     },
     Meaning {
         names: &["--topics", "--topic", "--signals", "--signal", "--y"],
         option: Some("--columns"),
         command: Some("export"),
-        tip: "the option for what is exported is --columns COLUMN,…",
+        tip: "the option for what is exported is --columns COLUMN",
     },
     Meaning {
-        names: &["--from", "--start"],
-        option: Some("--start-offset"),
-        command: Some("replay"),
-        tip: "the option for the time in the recording to begin at is --start-offset TIME",
+        names: &["--topics", "--topic", "--columns", "--column", "--y"],
+        option: Some("--signals"),
+        command: Some("watch"),
+        tip: "the option for what is shown is --signals SIGNAL",
     },
     Meaning {
         names: &["--modes", "--number"],
@@ -85,10 +121,16 @@ pub(super) const MEANINGS: [Meaning; 17] = [
         tip: "the option for the number of modes is --count N",
     },
     Meaning {
-        names: &["--topics", "--topic", "--columns", "--column", "--y"],
-        option: Some("--signals"),
-        command: None,
-        tip: "the option for what is shown is --signals SIGNAL",
+        names: &["--dt"],
+        option: Some("--steps"),
+        command: Some("trade"),
+        tip: "the option for the steps to try is --steps STEP,…",
+    },
+    Meaning {
+        names: &["--dt"],
+        option: Some("--step"),
+        command: Some("linearise"),
+        tip: "the option for the step of a model in discrete time is --step TIME",
     },
     Meaning {
         names: &["--rpm"],
@@ -97,29 +139,15 @@ pub(super) const MEANINGS: [Meaning; 17] = [
         tip: "the option for the speed is --speed RAD/S: 60 rpm are 6.2832 rad/s",
     },
     Meaning {
-        names: &[
-            "--model",
-            "--integrator",
-            "--step",
-            "--dt",
-            "--solver",
-            "--elements",
-            "--modes",
-            "--torque",
-            "--speed",
-            "--rpm",
-            "--mass",
-            "--damping",
-            "--gravity",
-        ],
+        names: &["--speed", "--rpm"],
+        option: Some("--set"),
+        command: Some("run"),
+        tip: "the speed of the crank is a key: --set drive.speed_rad_per_s=31.4; that of the clock is --pace FACTOR",
+    },
+    Meaning {
+        names: &["--model", "--integrator", "--step", "--dt", "--solver", "--elements", "--modes", "--torque"],
         option: Some("--set"),
         command: None,
         tip: "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal",
-    },
-    Meaning {
-        names: &["--scene", "--config"],
-        option: None,
-        command: None,
-        tip: "a scene or a file stands without an option, as in `flexcrank run mine.toml`",
     },
 ];

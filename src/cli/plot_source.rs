@@ -250,17 +250,30 @@ impl Source {
 
     fn drawn(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
         if !ys.is_empty() {
+            let is_over_time = self.recorded && x.is_none();
             let x = x.or_else(|| self.recorded.then(|| plot::time_column(&self.tables)));
-            return Ok(vec![(String::new(), plot::figure(&self.tables, x, ys)?)]);
+            let mut figures = vec![(String::new(), plot::figure(&self.tables, x, ys)?)];
+            if is_over_time {
+                self.shade_levels(&mut figures);
+            }
+            return Ok(figures);
         }
         if self.recorded {
-            return Ok(plot::recorded(&self.tables));
+            let mut figures = plot::recorded(&self.tables);
+            self.shade_levels(&mut figures);
+            return Ok(figures);
         }
         let table = self.tables.first().map_or(&self.none, |named| &named.table);
         match plot::work_precision(table) {
             Some(figure) => Ok(vec![("work-precision".to_owned(), figure)]),
             None => plot::overview(table),
         }
+    }
+
+    fn shade_levels(&self, figures: &mut [(String, Figure)]) {
+        let scene = self.scene();
+        let best = scene.as_ref().and_then(|scene| scene.levels.first()).map(|level| level.name.as_str());
+        plot::shade_levels(figures, &self.tables, best);
     }
 
     /// Name, time and origin of a recording, as an item of an HTML list.

@@ -54,11 +54,21 @@ pub(super) fn regular_intervals(table: &Table) -> Vec<Interval> {
     intervals(table).into_iter().filter(|interval| interval.duration_s < gap_s).collect()
 }
 
-/// The step between samples, s: the longest, where it was changed.
-pub(super) fn step_s(table: &Table) -> Option<f64> {
+/// The step of a scene, or the steps between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Step {
+    /// The longest, s.
+    pub(super) longest_s: f64,
+    /// Whether there are shorter ones, as at another level.
+    pub(super) is_changed: bool,
+}
+
+/// The step between samples.
+pub(super) fn step(table: &Table) -> Option<Step> {
     let steps = table.column("stamp.step")?;
     let step_s = |Interval { row, duration_s }| duration_s / (steps[row] - steps[row - 1]);
     let all_s = || intervals(table).into_iter().map(step_s).filter(|step_s| *step_s > 0.0);
     let [shortest_s, longest_s] = [all_s().reduce(f64::min)?, all_s().reduce(f64::max)?];
-    Some(if longest_s > CHANGED * shortest_s { longest_s } else { shortest_s })
+    let is_changed = longest_s > CHANGED * shortest_s;
+    Some(Step { longest_s: if is_changed { longest_s } else { shortest_s }, is_changed })
 }

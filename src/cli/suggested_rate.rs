@@ -1,6 +1,7 @@
 //! The argument of `--publish-hz` that shows a motion.
 
 use super::aligned_table::figure;
+use super::sample_intervals::Step;
 use super::suggested_step::one_digit;
 use crate::shown::shown_s;
 use crate::simulation::PublishRate;
@@ -16,10 +17,12 @@ const ROUGH: f64 = 4.0;
 
 /// The rate with samples no further apart than `smooth_s`. Only whole steps are published, and steps longer than `coarse_s` do not
 /// suffice.
-pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step_s: f64) -> String {
+pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step: Step) -> String {
+    let step_s = step.longest_s;
     let steps = (smooth_s / step_s).floor();
     if step_s > coarse_s {
-        format!("all and solver.step_s = {}", shown_s(one_digit(smooth_s)))
+        let too_long = if step.is_changed { " also where a level or a change made steps longer" } else { "" };
+        format!("all and solver.step_s = {}{too_long}", shown_s(one_digit(smooth_s)))
     } else if steps < 2.0 {
         "all".to_owned()
     } else {
@@ -43,7 +46,7 @@ pub(super) fn beyond_default(what: &str, vibration_hz: f64, step_s: f64) -> Opti
     // Longer steps are all published.
     let rate_hz = rate_hz.min(1.0 / step_s);
     let coarse_s = coarse_s(vibration_hz);
-    let shows = || suggested_rate(smooth_s(vibration_hz), coarse_s, step_s);
+    let shows = || suggested_rate(smooth_s(vibration_hz), coarse_s, Step { longest_s: step_s, is_changed: false });
     let [rate, vibration] = [rate_hz, vibration_hz].map(figure);
     let remark = || format!("{rate} times a second; {what} at {vibration} Hz shows with --publish-hz {}", shows());
     (coarse_s * rate_hz < 1.0).then(remark)
@@ -52,6 +55,14 @@ pub(super) fn beyond_default(what: &str, vibration_hz: f64, step_s: f64) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The step of the scene was named, where that of a level was too long.
+    #[test]
+    fn regress_a_step_that_was_changed_is_told_from_that_of_the_scene() {
+        let how = |is_changed| suggested_rate(2e-3, 4e-3, Step { longest_s: 1e-2, is_changed });
+        assert_eq!(how(false), "all and solver.step_s = 0.002");
+        assert_eq!(how(true), "all and solver.step_s = 0.002 also where a level or a change made steps longer");
+    }
 
     #[test]
     fn regress_a_bending_frequency_that_the_default_rate_does_not_show_is_named() {

@@ -1,6 +1,6 @@
 //! The turning of the first link from sample to sample of a recording: where it is wide, drawn curves and paths are polygons.
 
-use super::sample_intervals::{Interval, intervals, step_s};
+use super::sample_intervals::{Interval, Step, intervals, step};
 use super::suggested_rate::suggested_rate;
 use crate::study::Table;
 
@@ -14,12 +14,12 @@ const SMOOTH_RAD: f64 = 0.1;
 pub(super) fn coarse_turning(angles: &Table, interval_s: f64) -> Option<String> {
     let (column, chords_rad) = first_chord(angles)?;
     let link = column.strip_prefix("links.")?.strip_suffix(".chord_rad")?;
-    let step_s = step_s(angles)?;
+    let step = step(angles)?;
     let speed = |Interval { row, duration_s }: Interval| (chords_rad[row] - chords_rad[row - 1]).abs() / duration_s;
     let speed_rad_per_s = intervals(angles).into_iter().map(speed).max_by(f64::total_cmp)?;
     let turned_rad = speed_rad_per_s * interval_s;
     let sentence = || {
-        let advice = advice(speed_rad_per_s, step_s);
+        let advice = advice(speed_rad_per_s, step);
         let so = "so that curves and paths are polygons";
         format!("the {link} turns by up to {turned_rad:.1} rad from sample to sample, {so}; {advice}")
     };
@@ -32,9 +32,9 @@ pub(super) fn first_chord(angles: &Table) -> Option<(&str, &[f64])> {
 }
 
 /// The way to smooth curves and paths.
-fn advice(speed_rad_per_s: f64, step_s: f64) -> String {
+fn advice(speed_rad_per_s: f64, step: Step) -> String {
     let [smooth_s, coarse_s] = [SMOOTH_RAD, COARSE_RAD].map(|turned_rad| turned_rad / speed_rad_per_s);
-    let how = suggested_rate(smooth_s, coarse_s, step_s);
+    let how = suggested_rate(smooth_s, coarse_s, step);
     format!("record with --publish-hz {how} for smooth ones")
 }
 

@@ -7,7 +7,7 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step_s};
+use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step};
 use super::sampled_deflection::{Deflection, links};
 use super::suggested_rate::{coarse_s, smooth_s, suggested_rate};
 use crate::study::Table;
@@ -31,8 +31,8 @@ pub(super) fn rare_samples(
     is_drawn: impl Fn(&str) -> bool,
     natural_hz: impl Fn(&str, f64) -> Option<f64>,
 ) -> Vec<String> {
-    let (Some(interval_s), Some(step_s)) = (regular_s(displacements), step_s(displacements)) else { return Vec::new() };
-    let regular = regular_intervals(displacements);
+    let (Some(interval_s), Some(step)) = (regular_s(displacements), step(displacements)) else { return Vec::new() };
+    let (regular, step_s) = (regular_intervals(displacements), step.longest_s);
     let mut missed = [const { Vec::new() }; 2];
     for link in links(displacements) {
         let all = Deflection::all_of(displacements, &link).into_iter().filter(|([_, place], _)| is_drawn(place));
@@ -52,7 +52,7 @@ pub(super) fn rare_samples(
     let sentence = |missed: Vec<(f64, String)>, coarse_s: f64| {
         let (frequencies_hz, links): (Vec<f64>, Vec<String>) = missed.into_iter().unzip();
         let smooth_s = smooth_s(frequencies_hz.into_iter().reduce(f64::max)?).min(0.5 * interval_s);
-        let how = suggested_rate(smooth_s, coarse_s, step_s);
+        let how = suggested_rate(smooth_s, coarse_s, step);
         let links = links.join(" and ");
         let so = "so that curves have wrong swings and peaks";
         Some(format!("samples are too rare for the vibration of {links}, {so}; record with --publish-hz {how} for right ones"))

@@ -60,18 +60,23 @@ fn without_list(column: &str) -> Option<&str> {
 /// has signals of the slider itself. Links do not deflect at their ends.
 fn column_of_end<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
     let (end, wanted) = given.split_once(['.', '_']).unwrap_or((given, ""));
-    let wanted = match wanted.split('_').next() {
-        Some("deflection") => return None,
-        Some("" | "m" | "position" | "displacement" | "stroke") if end == "slider" => "x_m",
-        Some("speed" | "velocity") if end == "slider" => "vx_m_per_s",
+    let wanted = match wanted {
+        "" | "m" | "position" | "position_m" | "displacement" | "displacement_m" if end == "slider" => "x_m",
+        "speed" | "speed_m_per_s" | "velocity" | "velocity_m_per_s" if end == "slider" => "vx_m_per_s",
+        _ if wanted.starts_with("deflection") => return None,
         _ => wanted,
     };
-    let is_of_end = |column: &&str| column.split_once('.').is_some_and(|(of, _)| of == end);
-    if !ENDS.contains(&end) || columns.iter().any(is_of_end) {
+    let of_end = |column: &&'a str| column.split_once('.').filter(|(of, _)| *of == end).map(|(_, field)| (*column, field));
+    let has_slider = || !columns.contains(&"driving_torque_nm") || columns.contains(&"guide_force_n");
+    if !ENDS.contains(&end) || (end == "slider" && !has_slider()) {
         return None;
     }
     let links: &[&str] = if end == "slider" { &["rod"] } else { &["rod", "beam"] };
     let is_wanted = |field: &str| field.strip_prefix(wanted).is_some_and(|unit| unit.is_empty() || unit.starts_with('_'));
+    let mut of_end = columns.iter().filter_map(of_end).peekable();
+    if of_end.peek().is_some() {
+        return of_end.find(|(_, field)| is_wanted(field)).map(|(column, _)| column);
+    }
     let node = |column: &str| -> Option<u32> {
         let (link, rest) = column.strip_prefix("nodes.").unwrap_or(column).split_once('.')?;
         let (node, _) = rest.split_once('.').filter(|&(_, field)| links.contains(&link) && is_wanted(field))?;
@@ -160,13 +165,20 @@ mod tests {
             ("slider", Some("nodes.rod.10.x_m")),
             ("slider.position_m", Some("nodes.rod.10.x_m")),
             ("slider_speed_m_per_s", Some("nodes.rod.10.vx_m_per_s")),
+            ("slider.position_y", None),
             ("slider.mass", None),
         ] {
             assert_eq!(nearest_column(given, columns), column, "{given}");
         }
         let signals = ["rod.10.vx_m_per_s", "rod.10.x_m", "slider.vx_m_per_s", "slider.x_m"];
-        for given in ["slider.x", "slider_x"] {
+        for given in ["slider.x", "slider_x", "slider", "slider_m", "slider.position"] {
             assert_eq!(nearest_column(given, signals), Some("slider.x_m"), "{given}");
+        }
+        assert_eq!(nearest_column("slider.speed", signals), Some("slider.vx_m_per_s"));
+        // The end of an open chain is no slider.
+        let open = [&columns[..], &["driving_torque_nm"]].concat();
+        for given in ["slider.x_m", "slider", "slider_m", "slider.speed"] {
+            assert_eq!(nearest_column(given, open.iter().copied()), None, "{given}");
         }
     }
 

@@ -10,16 +10,19 @@ use super::style::Colour;
 /// Height of a band's sample in the legend, px.
 const SAMPLE_HEIGHT: f64 = 12.0;
 
-/// The times below the best level, from the topic `angles` and its times. The best has the smallest stated error, or without
-/// stated errors is the one that the recording begins with.
-pub(super) fn levels(angles: &Named, times: &[f64]) -> Vec<Band> {
+/// The times below the best level, from the topic `angles` and its times. Where the best is not given, it has the smallest stated
+/// error, or without stated errors is the one that the recording begins with.
+pub(super) fn levels(angles: &Named, times: &[f64], best: Option<&str>) -> Vec<Band> {
     let column = |name: &str| angles.table.column(name).unwrap_or_default();
     let (levels, errors) = (column("level"), column("level_error_rad"));
     let names = angles.texts_of("level").unwrap_or_default();
     let error = |row: usize| errors.get(row).copied().filter(|error| error.is_finite());
     // Without an error, a level counts as the worst.
     let stated = |level: f64| levels.iter().position(|other| *other == level).and_then(error).unwrap_or(f64::INFINITY);
-    let Some(best) = levels.iter().copied().min_by(|a, b| stated(*a).total_cmp(&stated(*b))) else { return Vec::new() };
+    let Some(least_error) = levels.iter().copied().min_by(|a, b| stated(*a).total_cmp(&stated(*b))) else { return Vec::new() };
+    // A best level that the recording never had is none of its numbers.
+    let number = |best: &str| names.iter().position(|name| name == best).map_or(-1.0, |place| place as f64);
+    let best = best.map_or(least_error, number);
     let mut bands: Vec<Band> = Vec::new();
     let mut before = f64::NAN;
     for (row, (level, time)) in levels.iter().zip(times).enumerate() {

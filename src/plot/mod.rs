@@ -57,7 +57,7 @@ pub use output::{Format, PNG_SCALE, Picture};
 pub use overlay::overlaid;
 pub use page::{Entry, page};
 pub use quantity::{axis as quantity, title as title_of_columns};
-pub use recorded::{DEFLECTIONS, recorded};
+pub use recorded::{DEFLECTIONS, recorded, shade_levels};
 pub use rows::SIMULATED_TIME;
 pub use selection::{Named, add_name, add_under_full_name, column_name, figure, overview};
 pub use session_time::{SESSION_TIME, add_session_time, time_column};

@@ -14,8 +14,7 @@ pub const DEFLECTIONS: &str = "deflections";
 
 /// The default figures of a recording, each with the name of its part of the recording; quantities that the model does not compute are omitted.
 ///
-/// Figures over time are shaded where the run was below its best level of detail. Curves are broken at resets; see
-/// [`add_session_time`](super::add_session_time()).
+/// Curves are broken at resets; see [`add_session_time`](super::add_session_time()).
 pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     let topic = |name: &str| find_topic(topics, name).map(|topic| &topic.table);
     let mut figures = Vec::new();
@@ -52,12 +51,17 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    let bands = find_topic(topics, "angles").map(|angles| band::levels(angles, times(&angles.table))).unwrap_or_default();
-    for figure in figures.iter_mut().filter(|(_, figure)| figure.x.unit == "s").map(|(_, figure)| figure) {
-        figure.bands.clone_from(&bands);
-    }
     figures.retain(|(_, figure)| figure.panels.iter().any(|panel| !panel.series.is_empty()));
     figures
+}
+
+/// Shades figures over the time of a recording where the run was below its best level of detail: `best`, the first of the scene, or
+/// else the one with the smallest stated error.
+pub fn shade_levels(figures: &mut [(String, Figure)], topics: &[Named], best: Option<&str>) {
+    let bands = find_topic(topics, "angles").map(|angles| band::levels(angles, times(&angles.table), best)).unwrap_or_default();
+    for (_, figure) in figures.iter_mut().filter(|(_, figure)| figure.x.unit == "s") {
+        figure.bands.clone_from(&bands);
+    }
 }
 
 /// The topic of a recording whose name ends with this part.

@@ -33,9 +33,14 @@ impl<'a> Checker<'a> {
         self.refuse(added.unwrap_or(usual), problem)
     }
 
-    /// The way out that an override has which added `key` to the scene, as the rest of a sentence; nothing if none did.
-    pub(super) fn way_if_added(&self, key: &str, way: &str) -> String {
-        self.text.added(key).map(|_| format!("; {way}")).unwrap_or_default()
+    /// Whether an override brought `key` into the scene.
+    pub(super) fn is_added(&self, key: &str) -> bool {
+        self.text.added(key).is_some()
+    }
+
+    /// Whether the scene had `key`, and no override changes it.
+    pub(super) fn is_of_scene(&self, key: &str) -> bool {
+        self.text.had(key) && !self.text.is_overridden(key)
     }
 
     /// The refusal of tables that exclude one another, chosen as by [`refuse_one_of`](Self::refuse_one_of). If an override added

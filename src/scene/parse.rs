@@ -122,7 +122,7 @@ fn known_keys(table: &str) -> String {
 }
 
 /// Keys by which other formats name and describe a whole file.
-const OF_THE_FILE: [&str; 4] = ["name", "title", "description", "comment"];
+const OF_THE_FILE: [&str; 3] = ["name", "title", "description"];
 
 /// The other tables that have an unknown key, and that which is named by its first word: `[torque]` for `drive.torque_nm`.
 fn elsewhere(path: &str, message: &str) -> String {

@@ -8,7 +8,9 @@ use crate::percent::percent_hint;
 use crate::shown::Shown;
 
 /// Beginnings of the parser's messages about a value that is no number, no boolean and no text in quotes.
-const OF_VALUES: [&str; 8] = [
+const OF_VALUES: [&str; 10] = [
+    "invalid time",
+    "invalid date",
     "string values must be quoted",
     "invalid boolean",
     "invalid float",
@@ -79,7 +81,7 @@ impl<'a> Fault<'a> {
         comma_in(before_comment(self.line))
             .or_else(|| share_hint(self.key, self.value()))
             .or_else(|| unit_hint(self.value()))
-            .or_else(|| range_hint(self.value()))
+            .or_else(|| range_hint(self.key, self.value()))
             .or_else(|| self.value_hint())
             .or_else(|| self.list_hint())
             .or_else(|| self.line_hint())
@@ -99,7 +101,7 @@ impl<'a> Fault<'a> {
         if !is_of_value && !is_change {
             return None;
         }
-        let is_no_text = self.message.starts_with("string values must be quoted");
+        let is_no_text = ["string", "invalid time", "invalid date"].into_iter().any(|word| self.message.starts_with(word));
         self.comma_hint()
             .or_else(|| number_hint(value))
             .or_else(|| keys::measure(self.key).map(|measure| format!("`{value}` is no number, and {} is {measure}", self.key)))
@@ -261,10 +263,14 @@ fn unit_hint(value: &str) -> Option<String> {
     (has_unit && !is_more).then(|| format!("`{value}`: write the number alone, as its key names the unit"))
 }
 
+/// Keys of lists that a range could stand for: of a campaign, and of an oscillator.
+const OF_RANGES: [&str; 4] = ["values", "masses_kg", "forces_n", "start_m"];
+
 /// A hint at the list to write for a range, `1:3:1`, which TOML takes for a time of the day.
-fn range_hint(value: &str) -> Option<String> {
+fn range_hint(key: &str, value: &str) -> Option<String> {
     let is_range = value.contains(':') && value.split(':').all(|part| number(part.trim()).is_some());
-    is_range.then(|| format!("`{value}` is no number; a list has each of its values, in brackets"))
+    let is_of_list = OF_RANGES.contains(&key.rsplit('.').next().unwrap_or_default());
+    (is_range && is_of_list).then(|| format!("`{value}` is no number; a list has each of its values, in brackets"))
 }
 
 #[cfg(test)]
@@ -320,6 +326,8 @@ mod tests {
             ("step_s = 0, 25", "unexpected `, 25`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #"),
             ("masses_kg = 1, 2 # x = 1,5", "masses_kg: a list stands in brackets: [1, 2]"),
             ("masses_kg = 1:3:1", "`1:3:1` is no number; a list has each of its values, in brackets"),
+            ("step_s = 1:30", "`1:30` is no number, and step_s is in s"),
+            ("rigid = 1:30", "`1:30` is neither a number nor text in quotes"),
             ("masses_kg = 0.1:0.5:0.1", "`0.1:0.5:0.1` is no number; a list has each of its values, in brackets"),
             ("masses_kg = 1 kg, 2 kg", "`1 kg`: write the number alone, as its key names the unit"),
         ]);

@@ -110,9 +110,12 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     // A constant torque of 0 is none.
     let has_torque = raw.torque.as_ref().is_some_and(|torque| torque.constant_nm != Some(0.0));
     if !raw.pulse.is_empty() || has_torque {
-        let changes = [(!raw.pulse.is_empty(), "pulse=[]"), (has_torque, "torque.constant_nm=0")];
-        let changes: Vec<&str> = changes.into_iter().filter(|(is_given, _)| *is_given).map(|(_, change)| change).collect();
-        let way = check.way_if_added("drive", &format!("to drop the torque, set {} as well", changes.join(" and ")));
+        let changes = [("pulse", !raw.pulse.is_empty(), "pulse=[]"), ("torque", has_torque, "torque.constant_nm=0")];
+        let given = changes.into_iter().filter(|(_, is_given, _)| *is_given);
+        let (tables, changes): (Vec<&str>, Vec<&str>) = given.map(|(table, _, change)| (table, change)).unzip();
+        let is_way = check.is_added("drive") && tables.into_iter().all(|table| check.is_of_scene(table));
+        let way = format!("; to drop the torque, set {} as well", changes.join(" and "));
+        let way = if is_way { way } else { String::new() };
         let problem = format!("prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]{way}");
         check.note(|| check.refuse_one_of("drive", &["torque", "pulse"], &problem));
         torque(check, raw);
@@ -138,13 +141,10 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
         }
         _ => {
             let motions = ["drive.speed_rad_per_s", "drive.ramp", "drive.table"];
-            let added = motions.iter().map(|motion| check.way_if_added(motion, "to replace the table, set drive={…}"));
-            let way = added.reduce(|one, other| if one.is_empty() { other } else { one }).unwrap_or_default();
-            return Err(check.refuse_one_of(
-                "drive",
-                &motions,
-                &format!("give exactly one of speed_rad_per_s, ramp, table{way}"),
-            ));
+            let is_added = !check.is_added("drive") && motions.iter().any(|motion| check.is_added(motion));
+            let way = if is_added { "; to replace the motion that the scene has, set drive={…}" } else { "" };
+            let problem = format!("give exactly one of speed_rad_per_s, ramp, table{way}");
+            return Err(check.refuse_one_of("drive", &motions, &problem));
         }
     };
     Ok(Drive::Motion(motion))

@@ -25,6 +25,10 @@ pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, B
         ModelKind::Incremental if law.is_motion() => {
             Err(refuse("a torque drives it, and [drive] prescribes a motion: use modal, finite-element or rigid"))
         }
+        ModelKind::Incremental if chain.start.static_equilibrium => Err(BuildError {
+            key: "start.static_equilibrium",
+            ..refuse("it starts with straight links: use modal, finite-element or rigid")
+        }),
         ModelKind::Incremental => {
             let model = Incremental::new(chain, scene.solver.weight)
                 .ok_or_else(|| refuse("its links need a section: a rigid link has none"))?;

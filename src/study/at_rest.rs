@@ -2,7 +2,7 @@
 
 /// A change of a value by less than this part of the value is rounding.
 const PART: f64 = 1e-9;
-/// So is a change by less than this: in rad of an angle, over the link's length of a deflection, in m of a mass.
+/// So is a change by less than this, in the unit of the value: rad, m, or a part of a link's length.
 const LEAST: f64 = 1e-15;
 
 /// Whether each value is what it was before, but for rounding.

@@ -271,7 +271,7 @@ fn refusal_of_override(given: &str, problem: &str) -> (Option<i32>, String) {
 fn regress_an_override_that_excludes_a_key_of_the_scene_is_refused_itself() -> Result<(), Box<dyn Error>> {
     let torque = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
     let dropped = &format!("{torque}; to drop the torque, set pulse=[] as well");
-    let one = "give exactly one of speed_rad_per_s, ramp, table; to replace the table, set drive={…}";
+    let one = "give exactly one of speed_rad_per_s, ramp, table; to replace the motion that the scene has, set drive={…}";
     for (scene, given, problem) in [
         ("thesis-compressor", "torque.constant_nm=2", torque),
         ("thesis-compressor", "drive.ramp.over_s=4", one),

@@ -5,7 +5,7 @@ use std::fs::read_to_string;
 use std::path::Path;
 use std::process::Command;
 
-use flexcrank::plot::{Axis, Figure, Format, Mark, Named, Picture as _, overlaid, recorded};
+use flexcrank::plot::{Axis, Figure, Format, Mark, Named, Picture as _, overlaid, recorded, shade_levels};
 use flexcrank::scene::SceneSource;
 use flexcrank::study::Table;
 
@@ -322,21 +322,40 @@ fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
 
 #[test]
 fn prop_times_below_the_best_level_are_shaded_and_named() {
-    let mut angles = topic("angles", 10);
-    angles.texts = vec![("level".to_owned(), ["good", "fair", "rough"].map(str::to_owned).to_vec())];
-    // After a reset the run goes on at the level in force, and a missing row interrupts nothing.
-    angles.table.push("level".to_owned(), vec![0.0, 0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
-    angles.table.push("level_error_rad".to_owned(), vec![1e-3, 1e-3, 1e-2, 1e-2, f64::NAN, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2]);
-    angles.table.push("links.crank.chord_rad".to_owned(), (0..10).map(f64::from).collect());
-    let (_, figure) = recorded(&[angles.clone()]).into_iter().find(|(file, _)| file == "angles").unwrap();
-    let bands: Vec<(&str, [f64; 2])> = figure.bands.iter().map(|band| (band.label.as_str(), band.span)).collect();
-    let fair = "level fair (1.0e-2 rad)";
-    assert_eq!(bands, [(fair, [2.0, 4.0]), ("level rough", [4.0, 5.0]), (fair, [7.0, 9.0])]);
+    let with_errors = |errors: [f64; 10]| -> Named {
+        let mut angles = topic("angles", 10);
+        angles.texts = vec![("level".to_owned(), ["good", "fair", "rough"].map(str::to_owned).to_vec())];
+        // After a reset the run goes on at the level in force, and a missing row interrupts nothing.
+        angles.table.push("level".to_owned(), vec![0.0, 0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        angles.table.push("level_error_rad".to_owned(), errors.to_vec());
+        angles.table.push("links.crank.chord_rad".to_owned(), (0..10).map(f64::from).collect());
+        angles
+    };
+    let errors = [1e-3, 1e-3, 1e-2, 1e-2, f64::NAN, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2];
+    let angles = with_errors(errors);
+    let shaded = |angles: &Named, best: Option<&str>| -> Vec<(String, Figure)> {
+        let mut figures = recorded(std::slice::from_ref(angles));
+        shade_levels(&mut figures, std::slice::from_ref(angles), best);
+        figures
+    };
+    let of_angles = |angles: &Named, best| shaded(angles, best).into_iter().find(|(file, _)| file == "angles").unwrap().1;
+    let bands = |figure: &Figure| -> Vec<(String, [f64; 2])> {
+        figure.bands.iter().map(|band| (band.label.clone(), band.span)).collect()
+    };
+    let (fair, rough) = ("level fair (1.0e-2 rad)".to_owned(), "level rough".to_owned());
+    let below = [(fair.clone(), [2.0, 4.0]), (rough.clone(), [4.0, 5.0]), (fair.clone(), [7.0, 9.0])];
+    let figure = of_angles(&angles, None);
+    assert_eq!(bands(&figure), below);
+    assert_eq!(bands(&of_angles(&angles, Some("good"))), below);
+    assert_eq!(bands(&of_angles(&angles, Some("never in force"))).len(), 5, "all is below it");
     let svg = String::from_utf8(figure.render(Format::Svg).unwrap()).unwrap();
     let count = |colour: &str| svg.matches(&format!("fill=\"{colour}\"")).count();
     assert_eq!([count("#fdf3dc"), count("#f8e3bd")], [2 + 1, 1 + 1], "bands and their samples in the legend");
     let drawn = texts(&svg);
-    assert!([fair, "level rough"].iter().all(|label| drawn.iter().any(|text| text == label)), "{drawn:?}");
-    angles.table = topic("angles", 10).table;
-    assert!(recorded(&[angles]).iter().all(|(_, figure)| figure.bands.is_empty()), "a scene without levels");
+    assert!([&fair, &rough].iter().all(|label| drawn.contains(label)), "{drawn:?}");
+    // The first level of a scene need not state an error, and was shaded in place of one that does.
+    let unstated = with_errors(errors.map(|error| if error == 1e-3 { f64::NAN } else { error }));
+    assert_eq!(bands(&of_angles(&unstated, Some("good"))), below);
+    let angles = topic("angles", 10);
+    assert!(shaded(&angles, None).iter().all(|(_, figure)| figure.bands.is_empty()), "a scene without levels");
 }

@@ -63,13 +63,14 @@ fn no_list_problem(text: &str, error: &toml::de::Error) -> Option<String> {
 /// The list to write for its only entry, as the rest of a sentence.
 fn list_example(text: &str, error: &toml::de::Error) -> Option<String> {
     let entry = text.get(error.span()?)?;
-    let is_entry = entry.starts_with('"') && !entry.contains('\n') || entry.parse::<f64>().is_ok();
+    let is_text = entry.starts_with(['"', '\'']) && !entry.contains([',', ':', '\n']);
+    let is_entry = is_text || entry.parse::<f64>().is_ok_and(f64::is_finite);
     (is_entry && toml_problem(error.message()) == "must be a list").then(|| format!(", such as [{}]", Shown(entry, 100)))
 }
 
 /// The title `[[name]]` of an unknown list, where the parser names none.
 fn unknown_list(text: &str, error: &toml::de::Error) -> Option<String> {
-    let line = from_line(text, error.span()?.start)?.lines().next()?.trim();
+    let line = from_line(text, error.span()?.start)?.lines().next()?.split('#').next()?.trim();
     (error.message().starts_with("unknown field") && line.starts_with('[')).then(|| format!("{}: ", Shown(line, 100)))
 }
 

@@ -222,6 +222,9 @@ impl RawSpec {
             return Err(format!("vary: 1 to {MOST_KEYS} keys vary, each in a table [[vary]]").into());
         }
         let is_grid = self.method == Method::Grid;
+        if is_grid && self.samples.is_some() {
+            return Err("samples: a grid has as many as its values make; give each [[vary]] a count instead".to_owned().into());
+        }
         let axis = |(place, axis): (usize, &RawAxis)| {
             axis.validate(is_grid).map_err(|problem| Refused::of_axis(place, &axis.key, &problem))
         };
@@ -259,8 +262,7 @@ impl RawSpec {
 /// The number of samples; that of a grid follows from its axes.
 fn samples(given: Option<u64>, is_grid: bool, axes: &[Axis]) -> Result<u64, String> {
     match (given, is_grid) {
-        (Some(_), true) => Err("samples: a grid has as many as its values make; give each [[vary]] a count instead".to_owned()),
-        (None, true) => Ok(axes.iter().fold(1, |product: u64, axis| product.saturating_mul(axis.grid_count()))),
+        (_, true) => Ok(axes.iter().fold(1, |product: u64, axis| product.saturating_mul(axis.grid_count()))),
         (None, false) => Err("samples: is missing; it is a whole number from 1".to_owned()),
         (Some(0), false) => Err("samples: must be a whole number from 1".to_owned()),
         (Some(samples), false) => Ok(samples),

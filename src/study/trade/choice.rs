@@ -126,7 +126,7 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         (Some(_), _) => Excess::AtLeast,
         (None, _) => Excess::AtMost { sufficient_budget: reference.sufficient_budget(outputs, demands.tolerance) },
     };
-    let larger = surely_over.and_then(|_| bounded()).filter(|(other, bound)| *other != output && *bound > error);
+    let larger = surely_over.and_then(|_| bounded()).filter(|(_, bound)| *bound > error);
     Refusal::Tolerance {
         perhaps: larger.map(|(other, bound)| (study.word(other), bound / demands.tolerance)),
         best: Box::new(row.configuration.clone()),

@@ -39,6 +39,9 @@ impl Family {
     pub fn scene(&self, scene: &Scene, step_s: f64) -> Scene {
         let mut scene = scene.clone();
         (scene.solver.model, scene.solver.integrator, scene.solver.step_s) = (self.model, self.integrator, step_s);
+        if !scene.solver.iterates() {
+            scene.solver.corrections = scene.solver.corrections.map(|_| 0);
+        }
         if let System::Chain(chain) = &mut scene.system {
             let modes = self.modes(chain);
             for (((link, rigid), axial), modes) in chain.links.iter_mut().zip(&self.rigid).zip(&self.axial).zip(modes) {
@@ -188,6 +191,10 @@ impl Configuration {
             format!("solver.integrator=\"{}\"", integrator.as_str()),
             format!("solver.step_s={}", self.step_s),
         ];
+        let corrections = self.scene(scene).solver.corrections;
+        if corrections != scene.solver.corrections {
+            keys.extend(corrections.map(|corrections| format!("solver.corrections={corrections}")));
+        }
         let links = scene.chain().map_or(&[][..], |chain| &chain.links);
         let modes = scene.chain().map_or_else(Vec::new, |chain| self.family.modes(chain));
         for (((link, rigid), axial), modes) in links.iter().zip(rigid).zip(axial).zip(modes) {

@@ -31,8 +31,8 @@ pub enum Refusal {
         word: &'static str,
         /// How well the reference knows this error.
         excess: Excess,
-        /// The word for an output that the reference knows less well, and may be further off, with the most that its error is over the
-        /// tolerance.
+        /// The word for the output whose error may be larger, as the reference does not know it well, and the error that is reported
+        /// for it over the tolerance.
         perhaps: Option<(&'static str, f64)>,
         /// Configurations that the budget did not allow.
         left_out: usize,
@@ -125,8 +125,9 @@ impl fmt::Display for Refusal {
                 };
                 let (reason, skipped) = (excess.reason(), skipped(*left_out));
                 write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {word}{reason}")?;
-                if let Some((word, times)) = perhaps {
-                    write!(f, ", and up to {times:.3} times in {word}, which the reference does not know well")?;
+                if let Some((larger, times)) = perhaps {
+                    let within = if larger == word { String::new() } else { format!(" in {larger}") };
+                    write!(f, ", and perhaps {times:.3} times{within}, which the reference does not know well")?;
                 }
                 f.write_str(&skipped)
             }

@@ -137,12 +137,14 @@ pub fn choose_levels(
     }
 }
 
-/// The settings that are fast enough and of use.
+/// The settings that are fast enough and of use: of these, those that keep the energy balance, if any does.
 fn entrants<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<Entrant<'a>>, NoLevels> {
     let holding = candidates(study, demands).map_err(NoLevels::First)?;
     let fast = study.measured().filter(|(_, measured)| speed(measured) >= demands.real_time_factor);
     let of_use = fast.filter(|(_, measured)| measured.error <= USELESS);
-    let entrants: Vec<Entrant> = of_use.map(|(row, measured)| Entrant { row, measured, trial: None }).collect();
+    let entrants = of_use.map(|(row, measured)| Entrant { row, measured, trial: None });
+    let (kept, other): (Vec<_>, Vec<_>) = entrants.partition(|entrant| entrant.measured.balance_kept);
+    let entrants = if kept.is_empty() { other } else { kept };
     match holding.iter().min_by(|a, b| a.1.error.total_cmp(&b.1.error)) {
         Some((row, measured)) if entrants.is_empty() => {
             Err(NoLevels::Useless { best: row.configuration.clone(), error: measured.error })
