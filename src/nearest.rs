@@ -5,7 +5,7 @@ mod column;
 mod file;
 
 #[cfg(feature = "service")]
-pub(crate) use column::{columns_by_topic, did_you_mean_column, nearest_column_of_topics};
+pub(crate) use column::{column_hint, did_you_mean_column};
 pub(crate) use file::did_you_mean_file;
 
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
@@ -87,7 +87,7 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
     nearest(given, names).map(question).unwrap_or_default()
 }
 
-fn question(near: &str) -> String {
+fn question(near: impl std::fmt::Display) -> String {
     format!("; did you mean `{near}`?")
 }
 

@@ -237,7 +237,7 @@ fn regress_a_divergence_after_commands_says_that_the_remedy_is_for_the_scene_wit
     let said: Vec<String> = lines.collect();
     let ended = child.wait()?;
     assert_eq!(ended.code(), Some(4), "{said:?}");
-    let last = "that holds for the scene as it began, without the 1 command that this session accepted";
+    let last = "that holds for the scene as it began, without the commands that this session accepted";
     assert_eq!(said.last().map(String::as_str), Some(last), "{said:?}");
     Ok(())
 }

@@ -52,16 +52,18 @@ fn telemetry(file: &Path) -> Result<Telemetry, Box<dyn std::error::Error>> {
     Ok(found)
 }
 
-/// A run of the default scene to t = 3 s and a little more, with pulses commanded for later; its recording is in `run.mcap`.
+/// A run of the default scene to t = 3.1 s, with pulses commanded for later; its recording is in `run.mcap`. In lock-step, so that the
+/// pulses come at the same steps on every machine.
 fn commanded() -> Result<tempfile::TempDir, Box<dyn std::error::Error>> {
     let scene = SceneSource::open("crank-slider", &["solver.step_s=0.001".to_owned()])?;
-    let service = Service::start(scene, Pace::Factor(8.0), None, PublishRate::Hz(170.0))?;
-    let listener = common::Listener::new(&service.client, &service.name)?;
-    for (torque_nm, delay_s) in [(5.0, 0.0), (-3.0, 1.3333), (2.0, 2.2), (1.0, 100.0)] {
+    let service = Service::start(scene, Pace::Lockstep, None, PublishRate::Hz(170.0))?;
+    for (torque_nm, delay_s, steps) in [(5.0, 0.0, 13), (-3.0, 1.3333, 50), (2.0, 2.2, 37), (1.0, 100.0, 3000)] {
         let pulse = TorquePulse { id: format!("{delay_s}"), torque_nm, duration_s: 0.3, delay_s, ..TorquePulse::default() };
         assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+        let advance = wire::Advance { steps, ..wire::Advance::default() };
+        let answer = client::advance(&service.client, &service.name, &advance, Duration::from_secs(60))?;
+        assert!(answer.reply.is_some_and(|reply| reply.accepted));
     }
-    listener.wait_for(Topic::Angles, 3 * 170, Duration::from_secs(60))?;
     Ok(service.stop()?.1)
 }
 
@@ -75,7 +77,8 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
     let source = RecordedSession::open(&cut)?;
     for at_s in [None, Some(0.7771)] {
         let Resumed { simulation, epoch_start_s, answers, .. } = resume(&source, at_s, &|_| {})?;
-        assert!(simulation.step_count() > 300 && answers.len() == 4);
+        // To four pulses and four advances.
+        assert!(simulation.step_count() > 300 && answers.len() == 8);
         assert!(at_s.is_none_or(|at_s| (simulation.time_s() - at_s).abs() < 0.001));
         let (from, pending) = (simulation.step_count(), simulation.pulses_pending());
         let resumption = Resumption { started: source.started, epoch_start_s, level: 0, answers, of: "cut.mcap".to_owned() };
@@ -163,7 +166,7 @@ fn regress_an_instant_before_a_recording_is_refused_with_its_beginning() -> Outc
 
 /// The step of the first level was stated.
 #[test]
-fn regress_the_heading_of_a_resumed_session_states_the_level_in_force() -> Outcome {
+fn regress_a_coarse_level_is_named_in_the_heading_of_a_resumed_session_and_in_figures() -> Outcome {
     let text = builtin::find("crank-slider")?.text;
     let levels = "\n[[level]]\nname = \"fine\"\n\n[[level]]\nname = \"coarse\"\nchanges = [\"solver.step_s=0.004\"]\n";
     let leveled = SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])?;
@@ -179,6 +182,13 @@ fn regress_the_heading_of_a_resumed_session_states_the_level_in_force() -> Outco
     let ended = command.arg((ends_s + 0.1).to_string()).current_dir(folder.path()).stdin(Stdio::null()).output()?;
     let said = String::from_utf8(ended.stderr)?;
     assert!(said.contains(": level coarse, modal model, esdirk, step 0.004 s; not on the bus; not recorded\n"), "{said}");
+    let drawn = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+        .args(["plot", "run.mcap", "--y", "crank.rate_rad_per_s", "-o", "rate.svg"])
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .output()?;
+    assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+    assert!(std::fs::read_to_string(folder.path().join("rate.svg"))?.contains("level coarse"));
     Ok(())
 }
 

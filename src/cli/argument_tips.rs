@@ -202,14 +202,14 @@ fn names(command: &clap::Command) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::ffi::OsString;
 
     use super::super::args::Cli;
     use super::{detached_value, with_tips};
 
     /// The refusal of a line, with its tip; nothing if it is accepted.
-    fn refusal(line: &str) -> String {
+    pub(in crate::cli) fn refusal(line: &str) -> String {
         let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
         let mut command = Cli::complete_command();
         let refused = command.try_get_matches_from_mut(&words).err();
@@ -311,42 +311,6 @@ mod tests {
             ("sweep spec.toml --set rod.modes=1", "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]"),
         ]);
         assert!(!refusal("replay take.mcap --at 3").contains("pulse begins"));
-    }
-
-    /// `run --scene` led to `--scene-updates`, and `modes --modes` to a key of the scene.
-    #[test]
-    fn regress_an_option_of_another_command_or_program_leads_to_that_of_this_one() {
-        let (scene, speed) =
-            ("a scene stands without an option, as in `flexcrank run mine.toml`", "--set drive.speed_rad_per_s=31.4");
-        for (line, tip) in [
-            ("run --scene mine.toml", scene),
-            ("--scene mine.toml", scene),
-            ("trade --scene mine.toml", scene),
-            ("sweep spec.toml --scene mine.toml", "the scene stands in the campaign's file"),
-            ("what-if take.mcap --scene mine.toml", "a recording stands without an option, and has its scene"),
-            ("run --config gate.json5", "--zenoh-config FILE"),
-            ("watch crank --config gate.json5", "--zenoh-config FILE"),
-            ("run crank-slider --speed 30", speed),
-            ("run --rpm 300", speed),
-            ("replay take.mcap --speed 2", "--rate FACTOR"),
-            ("replay take.mcap --begin 3", "--start-offset TIME"),
-            ("plot take.mcap --columns angle", "--y COLUMN"),
-            ("plot take.mcap --until 3", "--to TIME"),
-            ("response --max 100", "--to HZ"),
-            ("response --min 1", "--from HZ"),
-            ("watch crank --topic angles", "--signals SIGNAL"),
-            ("export take.mcap --csv out --topics angles", "--columns COLUMN"),
-            ("modes crank-slider --modes 3", "--count N"),
-            ("trade --dt 1e-3", "--steps STEP,…"),
-            ("linearise --dt 1e-3", "--step TIME"),
-            ("pulse crank --torque 1 --duration 1s --start 2", "--delay TIME"),
-        ] {
-            let said = refusal(line);
-            assert!(said.contains("tip: ") && said.contains(tip) && said.matches("tip: ").count() == 1, "{line}: {said}");
-        }
-        for line in ["list --scene mine.toml", "pulse crank --torque 1 --duration 1s --min 2", "verify take.mcap --config x"] {
-            assert!(!refusal(line).contains("tip: "), "{line}: {}", refusal(line));
-        }
     }
 
     /// clap looks for a similar option among all of a command, hidden ones and those that are given.

@@ -124,7 +124,7 @@ pub(super) const MEANINGS: [Meaning; 24] = [
         names: &["--dt"],
         option: Some("--steps"),
         command: Some("trade"),
-        tip: "the option for the steps to try is --steps STEP,…",
+        tip: "the option for the steps to try is --steps TIME,…",
     },
     Meaning {
         names: &["--dt"],
@@ -151,3 +151,44 @@ pub(super) const MEANINGS: [Meaning; 24] = [
         tip: "keys of the scene are changed by --set KEY=VALUE, as in --set solver.model=modal",
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::argument_tips::tests::refusal;
+
+    /// `run --scene` led to `--scene-updates`, and `modes --modes` to a key of the scene.
+    #[test]
+    fn regress_an_option_of_another_command_or_program_leads_to_that_of_this_one() {
+        let (scene, speed) =
+            ("a scene stands without an option, as in `flexcrank run mine.toml`", "--set drive.speed_rad_per_s=31.4");
+        for (line, tip) in [
+            ("run --scene mine.toml", scene),
+            ("--scene mine.toml", scene),
+            ("trade --scene mine.toml", scene),
+            ("sweep spec.toml --scene mine.toml", "the scene stands in the campaign's file"),
+            ("what-if take.mcap --scene mine.toml", "a recording stands without an option, and has its scene"),
+            ("run --config gate.json5", "--zenoh-config FILE"),
+            ("watch crank --config gate.json5", "--zenoh-config FILE"),
+            ("run crank-slider --speed 30", speed),
+            ("run --rpm 300", speed),
+            ("replay take.mcap --speed 2", "--rate FACTOR"),
+            ("replay take.mcap --begin 3", "--start-offset TIME"),
+            ("plot take.mcap --columns angle", "--y COLUMN"),
+            ("plot take.mcap --until 3", "--to TIME"),
+            ("response --max 100", "--to HZ"),
+            ("response --min 1", "--from HZ"),
+            ("watch crank --topic angles", "--signals SIGNAL"),
+            ("export take.mcap --csv out --topics angles", "--columns COLUMN"),
+            ("modes crank-slider --modes 3", "--count N"),
+            ("trade --dt 1e-3", "--steps TIME,…"),
+            ("linearise --dt 1e-3", "--step TIME"),
+            ("pulse crank --torque 1 --duration 1s --start 2", "--delay TIME"),
+        ] {
+            let said = refusal(line);
+            assert!(said.contains("tip: ") && said.contains(tip) && said.matches("tip: ").count() == 1, "{line}: {said}");
+        }
+        for line in ["list --scene mine.toml", "pulse crank --torque 1 --duration 1s --min 2", "verify take.mcap --config x"] {
+            assert!(!refusal(line).contains("tip: "), "{line}: {}", refusal(line));
+        }
+    }
+}

@@ -127,7 +127,7 @@ pub(super) struct Args {
     /// The recording that the supervisor lets its service resume.
     #[arg(long, hide = true, requires = "supervise")]
     pub supervised_resume: Option<PathBuf>,
-    /// Run without the bus, for batches: the service takes no port and no name, and nobody can reach it.
+    /// Run without the bus, for batches: the service takes no port and no name on it. With --foxglove, viewers still reach it.
     #[arg(long, conflicts_with_all = ["listen", "connect", "zenoh_config", "force", "ros2"])]
     pub no_bus: bool,
     #[command(flatten)]

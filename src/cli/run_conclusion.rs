@@ -58,16 +58,15 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
     if is_rated {
         say!("{}", with_steps_of_fixed_cost(remedy.unwrap_or_default()));
     }
-    let commands: u64 = reports.iter().map(commands_before_stop).sum();
-    if commands > 0 {
-        say!("that holds for the scene as it began, without the {} that this session accepted", counted(commands, "command"));
+    if reports.iter().any(accepted_commands) {
+        say!("that holds for the scene as it began, without the commands that this session accepted");
     }
     done
 }
 
-/// Commands accepted, without the stop that ended the run: that of a signal is counted, too, and none changes the motion.
-fn commands_before_stop(report: &LiveReport) -> u64 {
-    report.commands_accepted.saturating_sub(u64::from(report.ending == Ending::Stopped))
+/// Whether commands were accepted before the stop that ended the run, which is counted even if it is that of a signal.
+fn accepted_commands(report: &LiveReport) -> bool {
+    report.commands_accepted > u64::from(report.ending == Ending::Stopped)
 }
 
 /// One warning for all services.
@@ -179,13 +178,13 @@ mod tests {
 
     #[test]
     fn regress_a_stop_by_a_signal_is_no_command_of_a_client() -> Result<(), Box<dyn std::error::Error>> {
-        for (ending, accepted, commands) in [
-            (Ending::Stopped, 1, 0),
-            (Ending::Stopped, 3, 2),
-            (Ending::Finished, 2, 2),
-            (Ending::Finished, 0, 0),
+        for (ending, accepted, is_told) in [
+            (Ending::Stopped, 1, false),
+            (Ending::Stopped, 3, true),
+            (Ending::Finished, 1, true),
+            (Ending::Finished, 0, false),
             // The output was lost: nobody has asked for the stop.
-            (Ending::Stopped, 0, 0),
+            (Ending::Stopped, 0, false),
         ] {
             let report = LiveReport {
                 name: "crank".parse()?,
@@ -200,7 +199,7 @@ mod tests {
                 commands_accepted: accepted,
                 encoded: 0,
             };
-            assert_eq!(commands_before_stop(&report), commands, "{report:?}");
+            assert_eq!(accepted_commands(&report), is_told, "{report:?}");
         }
         Ok(())
     }

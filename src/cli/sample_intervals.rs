@@ -54,7 +54,7 @@ pub(super) fn regular_intervals(table: &Table) -> Vec<Interval> {
     intervals(table).into_iter().filter(|interval| interval.duration_s < gap_s).collect()
 }
 
-/// The step of a scene, or the steps between samples.
+/// The step of a scene, or the steps of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     /// The longest, s.

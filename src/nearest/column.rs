@@ -24,7 +24,7 @@ fn nearest_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -
 
 /// The nearest column of topics, each with its name. One of samples comes first if `given` means it by its words. Checkpoints are
 /// left out: they are states to resume from, and some of their fields are named like signals.
-pub(crate) fn nearest_column_of_topics<'a>(given: &str, topics: &[(&'a str, Vec<&'a str>)]) -> Option<&'a str> {
+fn nearest_column_of_topics<'a>(given: &str, topics: &[(&'a str, Vec<&'a str>)]) -> Option<&'a str> {
     let columns_of = |is_wanted: fn(Option<Topic>) -> bool| -> Vec<&'a str> {
         let wanted = topics.iter().filter(|(topic, _)| is_wanted(Topic::of_key(topic)));
         wanted.flat_map(|(_, columns)| columns.iter().copied()).collect()
@@ -122,8 +122,24 @@ fn numbers(name: &str) -> Vec<u64> {
     name.split('.').filter_map(|part| part.parse().ok()).collect()
 }
 
+/// The rest of a refusal of a column: the one that is meant, those of the topic with this name, or all.
+pub(crate) fn column_hint(given: &str, topics: &[(&str, Vec<&str>)]) -> String {
+    let is_named = |(topic, _): &&(&str, Vec<&str>)| topic.rsplit('/').next() == Some(given);
+    let listed =
+        |topics: &[&(&str, Vec<&str>)]| columns_by_topic(topics.iter().map(|(topic, names)| (*topic, names.iter().copied())));
+    let named: Vec<&(&str, Vec<&str>)> = topics.iter().filter(is_named).collect();
+    if !named.is_empty() {
+        return format!(": it is a topic, with{}", listed(&named));
+    }
+    match nearest_column_of_topics(given, topics) {
+        // A recording of somebody else may have any name.
+        Some(near) => question(shown_name(near)),
+        None => format!("; there are{}", listed(&topics.iter().collect::<Vec<_>>())),
+    }
+}
+
 /// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
-pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
+fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
     let is_data = |name: &&str| !is_stamp_or_time(name);
     let line = |(topic, names): (&str, N)| {
         let mut names: Vec<String> = names.into_iter().filter(is_data).map(without_numbers).collect();
@@ -141,7 +157,7 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
 
 #[cfg(test)]
 mod tests {
-    use super::{columns_by_topic, nearest_column, nearest_column_of_topics};
+    use super::{column_hint, columns_by_topic, nearest_column, nearest_column_of_topics};
 
     #[test]
     fn val_columns_are_listed_by_topic() {
@@ -279,6 +295,22 @@ mod tests {
             ("fallen", None),
         ] {
             assert_eq!(nearest_column_of_topics(given, &topics), column, "{given}");
+        }
+    }
+
+    /// `energies` led to `energy_verdict`, which is of another topic.
+    #[test]
+    fn regress_a_topic_in_the_place_of_a_column_is_refused_with_its_columns() {
+        let topics = [
+            ("flexcrank/crank/energies", vec!["stamp.step", "kinetic_j", "strain_j"]),
+            ("flexcrank/crank/status", vec!["energy_verdict"]),
+        ];
+        for (given, hint) in [
+            ("energies", ": it is a topic, with\n  energies: kinetic_j, strain_j"),
+            ("energy", "; did you mean `energy_verdict`?"),
+            ("xyz", "; there are\n  energies: kinetic_j, strain_j\n  status: energy_verdict"),
+        ] {
+            assert_eq!(column_hint(given, &topics), hint, "{given}");
         }
     }
 }

@@ -8,7 +8,7 @@ use super::joined::{Column, joined};
 use super::quantity;
 use super::rows::{Rows, abscissa, has_numbers, numbers};
 use super::session_time::{self, broken_at_resets};
-use crate::nearest::{columns_by_topic, nearest_column_of_topics};
+use crate::nearest::column_hint;
 use crate::study::Table;
 use crate::wire::Topic;
 
@@ -208,9 +208,5 @@ fn at_rows(column: &[f64], rows: &[usize]) -> Vec<f64> {
 fn unknown(tables: &[Named], name: &str) -> PlotError {
     let columns: Vec<(&str, Vec<&str>)> =
         tables.iter().map(|named| (named.name.as_str(), named.drawable_columns().collect())).collect();
-    let hint = match nearest_column_of_topics(name, &columns) {
-        Some(near) => format!("; did you mean `{near}`?"),
-        None => format!("; there are{}", columns_by_topic(columns)),
-    };
-    PlotError::Request(format!("no column `{name}`{hint}"))
+    PlotError::Request(format!("no column `{name}`{}", column_hint(name, &columns)))
 }

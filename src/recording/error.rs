@@ -97,16 +97,14 @@ pub enum RecordingError {
         duration_s: f64,
     },
     /// No message has the requested column.
-    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or_else(|| format!("; there are{columns}"), |name| format!("; did you mean `{}`?", shown_name(name))))]
+    #[error("{}: no column `{wanted}`{hint}", path.display())]
     Column {
-        /// The columns by topic.
-        columns: String,
         /// The recording.
         path: PathBuf,
         /// The requested column.
         wanted: String,
-        /// The most similar column.
-        nearest: Option<String>,
+        /// The rest of the sentence: the most similar column, or those that there are.
+        hint: String,
     },
     /// Messages may have the requested column, but none has.
     #[error("{}: no column `{wanted}`: no message of this recording, or of the part that is exported, has it", path.display())]

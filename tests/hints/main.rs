@@ -309,6 +309,8 @@ fn regress_a_contradiction_of_the_drive_hides_no_other_mistake() -> Result<(), B
     ] {
         let (code, said) = flexcrank(&["check", "--set", given[0], "--set", given[1]])?;
         assert!(code == Some(2) && mistakes.iter().all(|mistake| said.contains(mistake)), "{said}");
+        // Torque that the command itself gives is not to be dropped by one more change.
+        assert_eq!(said.contains("to drop the torque"), given[0].starts_with("start."), "{said}");
     }
     Ok(())
 }

@@ -3,7 +3,9 @@
 use std::process::Command;
 
 use flexcrank::scene::{IntegratorKind, ModelKind, Scene};
-use flexcrank::study::trade::{Demands, NoLevels, OutputGroup, Question, Refusal, Selection, choose_levels};
+use flexcrank::study::trade::{
+    Configuration, Demands, NoLevels, OutputGroup, Question, Refusal, Selection, Study, choose_levels,
+};
 
 use super::{answer, ask, open};
 
@@ -41,6 +43,34 @@ fn val_levels_are_verified_settings_between_which_a_run_switches() {
     assert!(matches!(refused, NoLevels::First(Refusal::Speed { .. })), "{refused}");
     let refused = choose(1e-9, 0.1).unwrap_err();
     assert!(matches!(refused, NoLevels::First(Refusal::Tolerance { .. })), "{refused}");
+}
+
+/// A level that did not keep the energy balance ended the run.
+#[test]
+fn regress_levels_keep_the_energy_balance_if_any_setting_does() {
+    let source = open("crank-slider", &[]);
+    let selection = Selection {
+        models: vec![ModelKind::Modal],
+        integrators: vec![IntegratorKind::TwoPoint],
+        modes: vec![1, 2],
+        steps_s: vec![2e-3, 1e-3, 5e-4],
+        ..Selection::default()
+    };
+    let mut told = answer(&source, &Question { until_s: Some(0.2), ..ask(selection, &OutputGroup::DEFAULT, 12.0) });
+    let demands = Demands { tolerance: f64::INFINITY, real_time_factor: 0.1 };
+    let choose = |told: &Study| -> Vec<Configuration> {
+        let levels = choose_levels(&source, told, &demands, 2, 12.0, &mut |_| {}).unwrap().levels;
+        levels.into_iter().map(|level| level.row.configuration).collect()
+    };
+    let cheapest = choose(&told).pop().unwrap();
+    for row in told.rows.iter_mut().filter(|row| row.configuration == cheapest) {
+        row.outcome.as_mut().unwrap().balance_kept = false;
+    }
+    assert!(!choose(&told).contains(&cheapest));
+    for measured in told.rows.iter_mut().filter_map(|row| row.outcome.as_mut().ok()) {
+        measured.balance_kept = false;
+    }
+    assert_eq!(choose(&told).len(), 2);
 }
 
 #[test]

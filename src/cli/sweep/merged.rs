@@ -1,4 +1,4 @@
-//! What the merged table of a campaign holds: its rows by their ends, those that cannot be trusted, those that are missing.
+//! The merged table of a campaign, summed up: its rows by their ends, those that cannot be trusted, those that are missing.
 
 use std::io::Write as _;
 use std::ops::Range;

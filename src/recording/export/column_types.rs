@@ -5,7 +5,7 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 
-use crate::nearest::{columns_by_topic, nearest_column_of_topics};
+use crate::nearest::column_hint;
 use crate::recording::RecordingError;
 use crate::recording::rows::{FieldValue, TIMES, is_stamp_or_time, place_of};
 
@@ -108,8 +108,7 @@ fn missing(
     }
     let columns: Vec<(&str, Vec<&str>)> =
         topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str).collect())).collect();
-    let nearest = nearest_column_of_topics(&wanted, &columns).map(str::to_owned);
-    RecordingError::Column { columns: columns_by_topic(columns), path, wanted, nearest }
+    RecordingError::Column { hint: column_hint(&wanted, &columns), path, wanted }
 }
 
 fn is_time(name: &str) -> bool {
@@ -143,8 +142,8 @@ mod tests {
             select("links.rod").ok().as_deref(),
             Some(&["log_time", "publish_time", "links.rod.chord_rad"].map(String::from)[..])
         );
-        let Err(RecordingError::Column { nearest, .. }) = select("links.rod.chord_rd") else { panic!("a misspelt column") };
-        assert_eq!(nearest.as_deref(), Some("links.rod.chord_rad"));
+        let Err(RecordingError::Column { hint, .. }) = select("links.rod.chord_rd") else { panic!("a misspelt column") };
+        assert_eq!(hint, "; did you mean `links.rod.chord_rad`?");
         assert!(select("link").is_err(), "half a word is no name");
         assert!(matches!(select("links.rod.rate_rad_per_s"), Err(RecordingError::Absent { .. })), "no message has this field");
         assert!(matches!(select("links.beam.rate_rad_per_s"), Err(RecordingError::Column { .. })), "there is no such link");

@@ -315,6 +315,29 @@ mod tests {
         );
     }
 
+    /// The slider m of a massless rod of length l, on a crank r at a steady rate Ω, is at x = r cos θ + √(l² − r² sin² θ), and presses on
+    /// its guide by m x″ tan φ with l sin φ = r sin θ: over a turn 0 on average, but not its magnitude.
+    #[test]
+    fn val_the_mean_force_of_the_guide_is_that_of_its_magnitude() {
+        let links = "[crank]\nlength_m = 0.1\nmass_kg = 0.1\n[rod]\nlength_m = 0.3\nmass_kg = 0.0\n[slider]\nmass_kg = 0.5\n";
+        let solver = "[drive]\nspeed_rad_per_s = 6.283185307179586\n[solver]\nmodel = \"rigid\"\nstep_s = 1e-3\n";
+        let turning = || SceneSource::parse("turning.toml", &format!("{links}{solver}"), &[]);
+        let columns = columns(&turning().unwrap().scene);
+        let ended = run(turning, Limits { from_s: 0.0, until_s: 1.0, max_steps: 10_000 }, columns.len(), &|| false).unwrap();
+        let mean_n = ended.numbers[columns.iter().position(|column| column.name == "guide_mean_force_n").unwrap()].unwrap();
+        let x_m = |turn: f64| {
+            let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
+            0.1 * cos + (0.09 - 0.01 * sin * sin).sqrt()
+        };
+        let force_n = |turn: f64| {
+            let acceleration = (x_m(turn + 1e-3) - 2.0 * x_m(turn) + x_m(turn - 1e-3)) / 1e-6;
+            let sin_rod = (std::f64::consts::TAU * turn).sin() / 3.0;
+            0.5 * acceleration * sin_rod / (1.0 - sin_rod * sin_rod).sqrt()
+        };
+        let by_hand_n = (0..1000).map(|step| force_n(1e-3 * f64::from(step)).abs()).sum::<f64>() / 1000.0;
+        assert!((mean_n / by_hand_n - 1.0).abs() < 1e-4, "{mean_n} {by_hand_n}");
+    }
+
     /// The torque of a pulse that ends at `from_s` was a peak of what follows.
     #[test]
     fn regress_a_pulse_that_ends_there_is_no_peak_of_what_follows() {
