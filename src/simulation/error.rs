@@ -109,8 +109,8 @@ pub enum PulseRefused {
         /// The limit, N·m.
         limit_nm: f64,
     },
-    /// Too many pulses wait or act.
-    #[error("{0} pulses are waiting or acting already (commands.pending_limit)")]
+    /// As many pulses wait or act as this limit allows.
+    #[error("commands.pending_limit = {0} is reached: it counts the pulses that wait or act")]
     Pending(usize),
     /// The scene is an oscillator.
     #[error("the scene is an [oscillator]: it has no pivot for a torque to act on")]

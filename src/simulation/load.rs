@@ -133,7 +133,7 @@ impl Load {
         self.check_acts()?;
         self.check_limit(torque_nm)?;
         if self.pulses.len() >= self.limits.pending_limit {
-            return Err(PulseRefused::Pending(self.pulses.len()));
+            return Err(PulseRefused::Pending(self.limits.pending_limit));
         }
         let start_s = now_s + delay_s;
         self.pulses.push(Pulse { start_s, torque_nm, duration_s, shape });
