@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 24] = [
+pub(super) const MEANINGS: [Meaning; 26] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -133,6 +133,18 @@ pub(super) const MEANINGS: [Meaning; 24] = [
         tip: "the option for the step of a model in discrete time is --step TIME",
     },
     Meaning {
+        names: &["--pulse", "--pulses"],
+        option: Some("--add-pulse"),
+        command: Some("what-if"),
+        tip: "the option for another pulse is --add-pulse START:TORQUE:DURATION",
+    },
+    Meaning {
+        names: &["--pulse", "--pulses", "--add-pulse"],
+        option: Some("--set"),
+        command: Some("run"),
+        tip: "a pulse is a [[pulse]] of the scene, or is sent to the service: flexcrank pulse NAME --torque NM --duration TIME",
+    },
+    Meaning {
         names: &["--rpm"],
         option: Some("--speed"),
         command: None,
@@ -183,6 +195,8 @@ mod tests {
             ("trade --dt 1e-3", "--steps TIME,…"),
             ("linearise --dt 1e-3", "--step TIME"),
             ("pulse crank --torque 1 --duration 1s --start 2", "--delay TIME"),
+            ("what-if take.mcap --pulse 3:5:0.1", "--add-pulse START:TORQUE:DURATION"),
+            ("run arm.toml --pulse 5", "flexcrank pulse NAME --torque NM --duration TIME"),
         ] {
             let said = refusal(line);
             assert!(said.contains("tip: ") && said.contains(tip) && said.matches("tip: ").count() == 1, "{line}: {said}");

@@ -21,8 +21,12 @@ pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step: Step) -> String
     let step_s = step.longest_s;
     let steps = (smooth_s / step_s).floor();
     if step_s > coarse_s {
-        let everywhere = if step.is_changed { ", and at every level and after every change" } else { " and" };
-        format!("all{everywhere} solver.step_s = {}", shown_s(one_digit(smooth_s)))
+        let everywhere = if step.is_changed {
+            ", and at every level and after every change a solver.step_s of at most"
+        } else {
+            " and solver.step_s ="
+        };
+        format!("all{everywhere} {}", shown_s(one_digit(smooth_s)))
     } else if steps < 2.0 {
         "all".to_owned()
     } else {
@@ -61,7 +65,7 @@ mod tests {
     fn regress_a_step_that_was_changed_is_told_from_that_of_the_scene() {
         let how = |is_changed| suggested_rate(2e-3, 4e-3, Step { longest_s: 1e-2, is_changed });
         assert_eq!(how(false), "all and solver.step_s = 0.002");
-        assert_eq!(how(true), "all, and at every level and after every change solver.step_s = 0.002");
+        assert_eq!(how(true), "all, and at every level and after every change a solver.step_s of at most 0.002");
     }
 
     #[test]

@@ -91,7 +91,8 @@ mod tests {
         let said = coarse_turning(&table, interval_s).unwrap_or_default();
         assert!(
             said.starts_with("the crank turns by up to 1.8 rad ")
-                && said.contains(" --publish-hz all, and at every level and after every change solver.step_s = 0.001 "),
+                && said
+                    .contains(" --publish-hz all, and at every level and after every change a solver.step_s of at most 0.001 "),
             "{said}"
         );
     }

@@ -1,5 +1,7 @@
 //! The most similar column of recordings, or signal of `watch`.
 
+use indexmap::IndexSet;
+
 use super::{has_words_of, nearest, question};
 use crate::recording::is_stamp_or_time;
 use crate::shown::{shown_name, shown_names};
@@ -122,23 +124,23 @@ fn numbers(name: &str) -> Vec<u64> {
     name.split('.').filter_map(|part| part.parse().ok()).collect()
 }
 
-/// The rest of a refusal of a column: the one that is meant, those of the topic with this name, or all.
+/// The rest of a refusal of a column: those of the topics or tables with this name, the one that is meant, or all.
 pub(crate) fn column_hint(given: &str, topics: &[(&str, Vec<&str>)]) -> String {
-    let is_named = |(topic, _): &&(&str, Vec<&str>)| topic.rsplit('/').next() == Some(given);
-    let listed =
-        |topics: &[&(&str, Vec<&str>)]| columns_by_topic(topics.iter().map(|(topic, names)| (*topic, names.iter().copied())));
-    let named: Vec<&(&str, Vec<&str>)> = topics.iter().filter(is_named).collect();
+    let is_named = |topic: &str| !given.is_empty() && (topic == given || topic.ends_with(&format!("/{given}")));
+    let named = topics.iter().filter(|(topic, _)| is_named(topic.trim_end_matches('/')));
+    let named = columns_by_topic(named.map(|(topic, names)| (*topic, names.iter().copied())));
     if !named.is_empty() {
-        return format!(": it is a topic, with{}", listed(&named));
+        return format!("; under this name there are{named}");
     }
     match nearest_column_of_topics(given, topics) {
         // A recording of somebody else may have any name.
         Some(near) => question(shown_name(near)),
-        None => format!("; there are{}", listed(&topics.iter().collect::<Vec<_>>())),
+        None => format!("; there are{}", columns_by_topic(topics.iter().map(|(topic, names)| (*topic, names.iter().copied())))),
     }
 }
 
-/// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
+/// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out, and
+/// lines that are there already, as of another service.
 fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
     let is_data = |name: &&str| !is_stamp_or_time(name);
     let line = |(topic, names): (&str, N)| {
@@ -149,10 +151,10 @@ fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterat
         if names.is_empty() || Topic::of_key(topic) == Some(Topic::Checkpoint) {
             return String::new();
         }
-        let topic = topic.rsplit('/').next().unwrap_or(topic);
+        let topic = topic.trim_end_matches('/').rsplit('/').next().unwrap_or(topic);
         format!("\n  {}: {}", shown_name(topic), shown_names(&names))
     };
-    topics.into_iter().map(line).collect()
+    topics.into_iter().map(line).collect::<IndexSet<String>>().into_iter().collect()
 }
 
 #[cfg(test)]
@@ -302,13 +304,21 @@ mod tests {
     #[test]
     fn regress_a_topic_in_the_place_of_a_column_is_refused_with_its_columns() {
         let topics = [
+            ("flexcrank/crank/checkpoint", vec!["level"]),
             ("flexcrank/crank/energies", vec!["stamp.step", "kinetic_j", "strain_j"]),
             ("flexcrank/crank/status", vec!["energy_verdict"]),
+            ("flexcrank/other/energies", vec!["kinetic_j", "strain_j"]),
+            ("/robot/arm/", vec!["height_m"]),
         ];
+        let energies = "\n  energies: kinetic_j, strain_j";
         for (given, hint) in [
-            ("energies", ": it is a topic, with\n  energies: kinetic_j, strain_j"),
-            ("energy", "; did you mean `energy_verdict`?"),
-            ("xyz", "; there are\n  energies: kinetic_j, strain_j\n  status: energy_verdict"),
+            ("energies", format!("; under this name there are{energies}")),
+            ("flexcrank/crank/status", "; under this name there are\n  status: energy_verdict".to_owned()),
+            ("crank/energies", format!("; under this name there are{energies}")),
+            ("arm", "; under this name there are\n  arm: height_m".to_owned()),
+            ("energy", "; did you mean `energy_verdict`?".to_owned()),
+            ("checkpoint", format!("; there are{energies}\n  status: energy_verdict\n  arm: height_m")),
+            ("", format!("; there are{energies}\n  status: energy_verdict\n  arm: height_m")),
         ] {
             assert_eq!(column_hint(given, &topics), hint, "{given}");
         }

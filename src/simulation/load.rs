@@ -250,3 +250,22 @@ impl Load {
         self.marked.mean_nm()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::PulseRequest;
+    use crate::scene::{PulseShape, SceneSource};
+    use crate::simulation::Simulation;
+
+    /// It read `1 pulses are waiting or acting already`.
+    #[test]
+    fn regress_a_full_queue_of_pulses_names_its_limit() {
+        let overrides = ["pulse=[]", "commands.pending_limit=1"].map(str::to_owned);
+        let scene = SceneSource::open("crank-slider", &overrides).unwrap();
+        let mut run = Simulation::new(&scene.scene).unwrap();
+        let request = PulseRequest { torque_nm: 1.0, duration_s: 0.1, delay_s: 0.0, shape: PulseShape::Rectangular };
+        run.add_pulse(&request).unwrap();
+        let refused = run.add_pulse(&request).unwrap_err().to_string();
+        assert_eq!(refused, "commands.pending_limit = 1 is reached: it counts the pulses that wait or act");
+    }
+}

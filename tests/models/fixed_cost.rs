@@ -219,6 +219,22 @@ fn regress_corrections_that_are_too_few_are_counted_and_end_in_divergence() {
     assert!(by_hand.unconverged() > 0 && by_hand.left_over() > 1e-9);
 }
 
+/// The figures of the guide, which stood there for a rectangular pulse, too.
+#[test]
+fn val_the_default_scene_takes_the_pulses_that_the_guide_names() {
+    for (torque_nm, shape, diverges) in [
+        (400.0, PulseShape::RaisedCosine, false),
+        (480.0, PulseShape::RaisedCosine, true),
+        (100.0, PulseShape::Rectangular, false),
+        (200.0, PulseShape::Rectangular, true),
+    ] {
+        let mut run = simulation("crank-slider", &["solver.corrections=3"]);
+        run.add_pulse(&PulseRequest { torque_nm, duration_s: 0.02, delay_s: 0.2, shape }).unwrap();
+        let ended = (0..1000).try_for_each(|_| run.step());
+        assert_eq!(ended.is_err(), diverges, "{torque_nm} N·m, {shape:?}: {ended:?}");
+    }
+}
+
 #[test]
 fn prop_a_scene_that_does_not_iterate_is_rated_too() {
     for (name, keys) in [("thesis-crank-slider", &[][..]), ("thesis-compressor", &[]), ("thesis-two-masses", &[])] {
