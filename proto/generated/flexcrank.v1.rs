@@ -697,7 +697,7 @@ pub struct Advance {
     /// As in TorquePulse. A retry under the same id gets the stored answer.
     #[prost(string, tag = "1")]
     pub id: ::prost::alloc::string::String,
-    /// Torque over exactly these steps, in place of the setpoint in force; absent: that stays in force.
+    /// Torque over exactly these steps. It ends the setpoint in force; absent: that stays in force.
     #[prost(double, optional, tag = "2")]
     pub torque_nm: ::core::option::Option<f64>,
     /// 1 to 1e9.
@@ -1091,7 +1091,7 @@ impl ::prost::Name for ActivePulse {
 const NAME: &'static str = "ActivePulse";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.ActivePulse".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.ActivePulse".into() }}
-/// Reply on `.../snapshot`: the newest message of every topic.
+/// Reply on `.../snapshot`: the newest displacements, angles, loads, energies and status.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Snapshot {
     #[prost(message, optional, tag = "1")]

@@ -10,7 +10,7 @@ use crate::scene::{ModelKind, Scene};
 use crate::service::LiveReport;
 use crate::shown::shown_s;
 use crate::simulation::EnergyVerdict;
-use crate::wire::Angles;
+use crate::wire::{LinkAngle, NodeState};
 
 /// The fate of samples that found a queue full.
 const LOST: &str = "dropped because bus or disk could not keep up";
@@ -108,10 +108,21 @@ fn unconverged(steps: u64, is_rated: bool) -> String {
     format!("{} of fixed cost left more than solver.tolerance: {what}", counted(steps, "step"))
 }
 
+/// The time that a run has reached, with the angles of its links, or the positions of its masses.
+fn reached(report: &LiveReport) -> Option<String> {
+    let of_link = |link: &LinkAngle| format!("{} at {:.9} rad", link.link, link.chord_rad);
+    let of_mass = |mass: &NodeState| format!("mass {} at {:.9} m", mass.index + 1, mass.x_m);
+    let (stamp, places): (_, Vec<String>) = match (&report.angles, &report.displacements) {
+        (Some(angles), _) => (angles.stamp?, angles.links.iter().map(of_link).collect()),
+        (None, Some(displacements)) => (displacements.stamp?, displacements.nodes.iter().map(of_mass).collect()),
+        (None, None) => return None,
+    };
+    Some(format!("t = {} s: {}", shown_s(stamp.sim_time_s), places.join(", ")))
+}
+
 fn conclude_one(report: &LiveReport, (many, is_rated): (bool, bool), warned: &str) -> ExitStatus {
-    if let (Some(Angles { stamp: Some(stamp), links, .. }), false) = (&report.angles, many) {
-        let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
-        say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
+    if let (Some(reached), false) = (reached(report), many) {
+        say!("{reached}");
     }
     let whose = if many { format!("{}: ", report.name) } else { String::new() };
     let mut done = match &report.ending {
@@ -175,6 +186,24 @@ fn report_recording(recording: &Result<Written, RecordingError>, whose: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::{Angles, Displacements, Stamp};
+
+    fn report(ending: Ending, commands_accepted: u64) -> Result<LiveReport, Box<dyn std::error::Error>> {
+        Ok(LiveReport {
+            name: "crank".parse()?,
+            ending,
+            angles: None,
+            displacements: None,
+            recordings: Vec::new(),
+            verdict: EnergyVerdict::Balanced,
+            unconverged: 0,
+            worst_out_of_range: 0.0,
+            passed_load: None,
+            dropped: 0,
+            commands_accepted,
+            encoded: 0,
+        })
+    }
 
     #[test]
     fn regress_a_stop_by_a_signal_is_no_command_of_a_client() -> Result<(), Box<dyn std::error::Error>> {
@@ -186,21 +215,23 @@ mod tests {
             // The output was lost: nobody has asked for the stop.
             (Ending::Stopped, 0, false),
         ] {
-            let report = LiveReport {
-                name: "crank".parse()?,
-                ending,
-                angles: None,
-                recordings: Vec::new(),
-                verdict: EnergyVerdict::Balanced,
-                unconverged: 0,
-                worst_out_of_range: 0.0,
-                passed_load: None,
-                dropped: 0,
-                commands_accepted: accepted,
-                encoded: 0,
-            };
+            let report = report(ending, accepted)?;
             assert_eq!(accepted_commands(&report), is_told, "{report:?}");
         }
+        Ok(())
+    }
+
+    /// The run of an oscillator ended without a word on it.
+    #[test]
+    fn regress_a_run_of_an_oscillator_says_where_its_masses_are() -> Result<(), Box<dyn std::error::Error>> {
+        let stamp = Some(Stamp { sim_time_s: 2.0, ..Stamp::default() });
+        let mass = |index: u32, x_m: f64| NodeState { index, x_m, ..NodeState::default() };
+        let displacements = Displacements { stamp, nodes: vec![mass(0, 0.01), mass(1, -0.5)] };
+        let oscillator = LiveReport { displacements: Some(displacements), ..report(Ending::Finished, 0)? };
+        let said = "t = 2 s: mass 1 at 0.010000000 m, mass 2 at -0.500000000 m";
+        assert_eq!(reached(&oscillator).as_deref(), Some(said));
+        let chain = LiveReport { angles: Some(Angles { stamp, ..Angles::default() }), ..oscillator };
+        assert!(reached(&chain).is_some_and(|said| !said.contains("mass")));
         Ok(())
     }
 }

@@ -48,8 +48,8 @@ fn under_load(scene: &Scene, chain: &Chain) -> Option<String> {
     let is_sudden = can_carry_it && !chain.start.static_equilibrium && chain.links.iter().any(|link| !link.rigid);
     (is_sudden && force_n != 0.0).then(|| {
         format!(
-            "{} N resist the slider at the start, which the links do not carry yet: they ring, and first peaks of forces are up to \
-             twice that load's; start.static_equilibrium = true begins with links that carry it",
+            "{} N resist the slider at the start, which the links do not carry yet: they ring, and first peaks of forces may be two \
+             or three times that load's; start.static_equilibrium = true begins with links that carry it",
             figure(force_n)
         )
     })

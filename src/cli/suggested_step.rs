@@ -203,7 +203,11 @@ fn is_unstable(scene: &Scene, step_s: f64) -> bool {
 /// method of fourth order errs by about (ω h)⁴/120 and less: 0.1 % at 11 steps. Both are rounded up, to 60 and 12.
 fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, String) {
     if scene.solver.model == ModelKind::Incremental {
-        return (None, "the incremental model is of first order, so that its error only falls with the step itself".to_owned());
+        return (
+            None,
+            "the error of the incremental model falls with the step, and grows again with very short ones: `trade` measures it"
+                .to_owned(),
+        );
     }
     let steps = if scene.solver.integrator.order() >= 4 { 12.0 } else { 60.0 };
     let Some((period_s, what)) = slowest else {

@@ -168,11 +168,12 @@ fn failed_with_rows(error: SweepError, campaign: &Campaign, folder: &Path) -> Fa
 fn tell(worked: &Worked, campaign: &Campaign) -> CommandResult<()> {
     let share =
         if worked.rows < campaign.runs() { format!(" of this share, of {} in all", campaign.runs()) } else { String::new() };
-    writeln!(output(), "{} runs{share}: {} computed, {} there before", worked.rows, worked.computed, worked.found)?;
+    let runs = counted(worked.rows, "run");
+    writeln!(output(), "{runs}{share}: {} computed, {} there before", worked.computed, worked.found)?;
     match (worked.interrupted, worked.left()) {
-        (true, left) => say_reason!("interrupted: {left} runs not computed"),
+        (true, left) => say_reason!("interrupted: {} not computed", counted(left, "run")),
         (false, 0) => {}
-        (false, left) => say!("{left} runs left to other workers, who have them now"),
+        (false, left) => say!("{} left to other workers, who have them now", counted(left, "run")),
     }
     Ok(())
 }

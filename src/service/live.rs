@@ -28,7 +28,7 @@ use crate::runtime::{
 };
 use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EnergyVerdict, PassedLoad, PublishRates, Sample, Simulation};
-use crate::wire::Angles;
+use crate::wire::{Angles, Displacements};
 
 /// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
@@ -95,6 +95,8 @@ pub struct LiveReport {
     pub ending: Ending,
     /// The last published angles, if the scene has any.
     pub angles: Option<Angles>,
+    /// The last published displacements.
+    pub displacements: Option<Displacements>,
     /// The recordings made.
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// Verdict on the energy balance of all epochs.
@@ -202,7 +204,7 @@ impl RunningSimulation {
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.shared().dropped();
-        let Closed { angles, recordings, commands_accepted, encoded, .. } = closed;
+        let Closed { angles, displacements, recordings, commands_accepted, encoded, .. } = closed;
         Ok(LiveReport {
             name: self.name,
             ending,
@@ -211,6 +213,7 @@ impl RunningSimulation {
             worst_out_of_range,
             passed_load,
             angles,
+            displacements,
             recordings,
             dropped,
             commands_accepted,

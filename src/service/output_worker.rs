@@ -20,7 +20,7 @@ use crate::runtime::{
     SceneInForce, SharedState, StateAfter,
 };
 use crate::simulation::{PerTelemetry, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, Gap, Message, Overruns, Status, Topic};
+use crate::wire::{self, Angles, AppliedCommand, Displacements, Gap, Message, Overruns, Snapshot, Status, Topic};
 
 /// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -102,6 +102,7 @@ pub(super) struct Closed {
     pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
     pub angles: Option<Angles>,
+    pub displacements: Option<Displacements>,
     pub encoded: u64,
 }
 
@@ -110,9 +111,10 @@ impl OutputWorker {
     pub(super) fn close(mut self, others: bool) -> Closed {
         self.finish_best_level(if others { Duration::ZERO } else { LAST_DIFFERENCES });
         self.close_recording(EndReason::RunEnded);
-        let angles = self.endpoint.snapshot().angles;
+        let Snapshot { angles, displacements, .. } = self.endpoint.snapshot();
         let OutputStatistics { commands_accepted, encoded, .. } = self.statistics;
-        Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, commands_accepted, encoded }
+        let recordings = self.recordings.finished;
+        Closed { left: self.endpoint.close(), recordings, angles, displacements, commands_accepted, encoded }
     }
 
     pub(super) fn handle(&mut self, output: Output) {

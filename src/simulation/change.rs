@@ -105,7 +105,7 @@ impl Route {
             (RouteKind::Transfer(transfer), Some(old), Some(new)) => {
                 let input = from_law.input(t_s);
                 let present = Present { input: &input, q: old.q, v: old.v };
-                transfer.apply(old.mechanism, &present, new.mechanism, new.q, new.v)?;
+                transfer.apply((old.mechanism, &present), (new.mechanism, h_s), new.q, new.v)?;
                 let input = to_law.input(t_s);
                 let present = Present { input: &input, q: new.q, v: new.v };
                 transfer.accelerations(new.mechanism, &present, h_s, new.a)?;

@@ -21,9 +21,9 @@ pub(super) fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     let mut out = output();
     writeln!(
         out,
-        "{}: {} rows, computed in {} s, SHA-256 {}",
+        "{}: {}, computed in {} s, SHA-256 {}",
         merged.path.display(),
-        merged.rows,
+        counted(merged.rows, "row"),
         three_digits(merged.seconds),
         merged.sha256
     )?;

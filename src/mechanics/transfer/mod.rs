@@ -24,6 +24,15 @@
 //! a turn of the links as rigid bodies. It is small, as δ is: of the built-in crank-slider, whose crank turns at 8.5 rad/s in the middle
 //! of its vibration, λ is 6e-2 rad/s into rigid links, 6e-6 into one mode, 2e-7 from 32 elements to four modes, 4e-6 to 8 elements.
 //!
+//! **Shocks.** A link that becomes rigid stops its vibration at once, and the projection hands that blow on to the coordinates that
+//! the new model shares with the old one: of the built-in crank-slider, whose rod becomes rigid in the middle of its vibration, some
+//! 0.7 J of 14 J go into vibrations of the crank that die away within 0.3 ms, and that steps of 2 ms do not resolve. As in [`Transfer::accelerations`], what steps
+//! do not resolve is brought to rest: of the blow d, the coordinates get
+//!
+//! ```text
+//! (M + ½h C + ¼h² K)⁻¹ M d
+//! ```
+//!
 //! **Limits.** The mean axial strain of a link is kept, not its distribution. A model without axial strain has none to hand over:
 //! finite elements then begin with slack links, and the axial force rings about its mean for some ten steps. Into rigid links all
 //! vibration is lost, with its energy.
@@ -45,6 +54,11 @@ const SETTLED: f64 = 1e-10;
 const TURNS: usize = 2;
 
 const MASS: Weights = Weights { acceleration: 1.0, velocity: 0.0, position: 0.0 };
+
+/// `M + ½h C + ¼h² K`: vibrations of frequencies above 2/h hardly move by it.
+fn of_step(h_s: f64) -> Weights {
+    Weights { acceleration: 1.0, velocity: 0.5 * h_s, position: 0.25 * h_s * h_s }
+}
 
 /// A state cannot be transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -78,6 +92,8 @@ pub struct Present<'a> {
 #[derive(Debug, Clone)]
 pub struct Transfer {
     same: bool,
+    /// Of each coordinate of the new model, that of the old one with the same name.
+    shared: Vec<Option<usize>>,
     /// Whether both chains have the same masses: a chain whose masses change keeps its velocities, and its momentum changes with them.
     keeps_momentum: bool,
     stations: Stations,
@@ -118,8 +134,10 @@ impl Transfer {
         }
         let stations = Stations::new(from_chain, to_chain);
         let shapes = stations.shapes();
+        let [old, new] = [from.coordinates(), to.coordinates()];
         Ok(Self {
-            same: from.coordinates().iter().map(|c| &c.name).eq(to.coordinates().iter().map(|c| &c.name)),
+            same: old.iter().map(|c| &c.name).eq(new.iter().map(|c| &c.name)),
+            shared: new.iter().map(|new| old.iter().position(|old| old.name == new.name)).collect(),
             keeps_momentum: same_masses(from_chain, to_chain),
             points: vec![PlacePoint::default(); stations.places.len()],
             own: vec![PlacePoint::default(); stations.masses_kg.len()],
@@ -137,15 +155,15 @@ impl Transfer {
         self.same
     }
 
-    /// Sets `q` and `v` of the model `to` from the state `old` of the model `from`; both are given anew after an error.
+    /// Sets `q` and `v` of the model `to`, to go on in steps of `h_s`, from the state `old` of the model `from`; both are given anew
+    /// after an error.
     ///
     /// # Errors
     /// [`CannotTransfer`], for a model that is no chain, or a shape at which the new model has no velocities.
     pub fn apply(
         &mut self,
-        from: &mut dyn Mechanism,
-        old: &Present,
-        to: &mut dyn Mechanism,
+        (from, old): (&mut dyn Mechanism, &Present),
+        (to, h_s): (&mut dyn Mechanism, f64),
         q: &mut [f64],
         v: &mut [f64],
     ) -> Result<(), CannotTransfer> {
@@ -160,6 +178,7 @@ impl Transfer {
         self.take_shapes();
         to.fit(old.input, &self.shapes, q);
         self.project(to, old.input, q, v)?;
+        self.soften(to, old, h_s, q, v)?;
         if self.keeps_momentum {
             self.keep_momentum(from, old, to, q, v)?;
         }
@@ -192,9 +211,8 @@ impl Transfer {
             return Ok(());
         }
         let (Present { input, q, v }, rest) = (*new, &mut self.new.momentum);
-        let step = Weights { acceleration: 1.0, velocity: 0.5 * h_s, position: 0.25 * h_s * h_s };
         to.residual(input, q, v, a, rest);
-        to.factor(input, q, v, a, step).map_err(|_| CannotTransfer::Singular)?;
+        to.factor(input, q, v, a, of_step(h_s)).map_err(|_| CannotTransfer::Singular)?;
         to.solve(rest);
         a.iter_mut().zip(rest).for_each(|(a, rest)| *a = -*rest);
         Ok(())
@@ -239,6 +257,32 @@ impl Transfer {
                 break;
             }
         }
+        Ok(())
+    }
+
+    /// Takes out of the velocities what the projection added to shared coordinates in vibrations that steps of `h_s` do not resolve.
+    fn soften(
+        &mut self,
+        to: &mut dyn ChainModel,
+        old: &Present,
+        h_s: f64,
+        q: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), CannotTransfer> {
+        if self.shared.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        let Room { turns: [blow, still_a], momentum } = &mut self.new;
+        for ((blow, v), shared) in blow.iter_mut().zip(&*v).zip(&self.shared) {
+            *blow = shared.map_or(0.0, |place| v - old.v[place]);
+        }
+        let still = Input { motion: old.input.motion.map(|[angle, ..]| [angle, 0.0, 0.0]), ..*old.input };
+        to.momentum(&still, q, blow, momentum);
+        v.iter_mut().zip(&*blow).for_each(|(v, blow)| *v -= blow);
+        still_a.fill(0.0);
+        to.factor(old.input, q, v, still_a, of_step(h_s)).map_err(|_| CannotTransfer::Singular)?;
+        to.solve(momentum);
+        v.iter_mut().zip(&*momentum).for_each(|(v, softened)| *v += softened);
         Ok(())
     }
 

@@ -38,9 +38,17 @@ pub(super) fn misread(origin: &str, text: &str, error: &toml::de::Error) -> Spec
         return not_toml(origin, text, &error);
     }
     let key = || unknown_list(text, error).or_else(|| Some(named(text, error.span()?))).unwrap_or_default();
-    let problem = || key() + &toml_problem(error.message()) + &list_example(text, error).unwrap_or_default();
+    let hint = || list_example(text, error).or_else(|| key_of_vary(error.message())).unwrap_or_default();
+    let problem = || key() + &toml_problem(error.message()) + &hint();
     let place = error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start));
     SpecError::new(&place, no_list_problem(text, error).unwrap_or_else(problem))
+}
+
+/// The place of a key of `[[vary]]` that stands outside of tables.
+fn key_of_vary(message: &str) -> Option<String> {
+    let (key, known) = message.strip_prefix("unknown field `")?.split_once('`')?;
+    let is_outside = known.contains("`method`");
+    (is_outside && ["key", "values", "min", "max", "count", "log"].contains(&key)).then(|| "; it is a key of [[vary]]".to_owned())
 }
 
 /// The refusal of a text that is no TOML.

@@ -332,4 +332,15 @@ mod tests {
             assert_eq!(refused, Some(format!("test:{said}")));
         }
     }
+
+    #[test]
+    fn regress_a_key_of_an_axis_outside_of_it_is_refused_with_its_place() {
+        let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"random\"\nsamples = 4\n";
+        let vary = "[[vary]]\nkey = \"slider.mass_kg\"\nmin = 1.0\nmax = 2.0\n";
+        let said = |text: &str| Spec::parse("test", text).err().map(|refused| refused.to_string()).unwrap_or_default();
+        let refused = said(&format!("{campaign}log = true\n{vary}"));
+        assert!(refused.starts_with("test:5: log: unknown key") && refused.ends_with("; it is a key of [[vary]]"), "{refused}");
+        assert!(!said(&format!("{campaign}{vary}samples = 3\n")).contains("it is a key of"));
+        assert_eq!(said(&format!("{campaign}{vary}log = true\n")), "");
+    }
 }

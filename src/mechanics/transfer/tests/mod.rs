@@ -116,7 +116,7 @@ impl Moving {
         other.input = self.input;
         let mut transfer = Transfer::new(&self.chain, &*self.mechanism, &other.chain, &*other.mechanism)?;
         let old = Present { input: &self.input, q: &self.q, v: &self.v };
-        transfer.apply(&mut *self.mechanism, &old, &mut *other.mechanism, &mut other.q, &mut other.v)?;
+        transfer.apply((&mut *self.mechanism, &old), (&mut *other.mechanism, 0.0), &mut other.q, &mut other.v)?;
         Ok(other)
     }
 

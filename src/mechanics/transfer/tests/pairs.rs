@@ -271,7 +271,7 @@ fn regress_other_mechanisms_are_refused() -> Tested {
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut transfer = Transfer::new(&slider.chain, &*slider.mechanism, &slider.chain, &masses)?;
     let present = Present { input: &slider.input, q: &slider.q, v: &slider.v };
-    let refused = transfer.apply(&mut *slider.mechanism, &present, &mut masses, &mut q, &mut v);
+    let refused = transfer.apply((&mut *slider.mechanism, &present), (&mut masses, 0.0), &mut q, &mut v);
     assert_eq!(refused, Err(CannotTransfer::NotAChain));
     let lost = vec![f64::NAN; slider.q.len()];
     slider.q = lost;
@@ -288,7 +288,7 @@ fn prop_a_prepared_transfer_does_not_allocate() -> Tested {
         let mut transfer = Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?;
         let present = Present { input: &old.input, q: &old.q, v: &old.v };
         let allocated = allocation_counter::measure(|| {
-            let done = transfer.apply(&mut *old.mechanism, &present, &mut *new.mechanism, &mut new.q, &mut new.v);
+            let done = transfer.apply((&mut *old.mechanism, &present), (&mut *new.mechanism, 0.0), &mut new.q, &mut new.v);
             assert_eq!(done, Ok(()));
         });
         assert_eq!(allocated.count_total, 0, "{from:?} -> {to:?}");
