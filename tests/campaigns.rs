@@ -81,11 +81,14 @@ fn regress_a_table_is_refused_where_none_is_written() -> Outcome {
         (&["--shard", "1/2"][..], "cannot be used with"),
         (&["--indices"], "give one command for each"),
         (&[&["--plot", "plots"][..], &scalars].concat(), "give one command for each"),
+        (&["--plot", "plots"], "give one command for each"),
         (&scalars, "has all scalars"),
     ] {
         let (code, said) = ended(table(words))?;
         assert!(code == Some(2) && said.contains(why) && said.contains("--table"), "{words:?}: {said}");
     }
+    let (code, said) = ended(flexcrank(at, &["sweep", "s.toml", "--plot", "plots"]))?;
+    assert!(code == Some(2) && said.starts_with("error: --plot draws what --scalars names"), "{said}");
     let mut of_array = table(&[]);
     of_array.envs([("SLURM_ARRAY_TASK_ID", "1"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "2")]);
     let (code, said) = ended(of_array)?;

@@ -97,6 +97,20 @@ fn val_the_age_of_samples_is_what_an_outside_clock_measures() -> Outcome {
     Ok(())
 }
 
+/// It was published as it would be without the limit, up to 200 µs.
+#[test]
+fn regress_the_published_spin_is_at_most_a_fifth_of_the_time_between_deadlines() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(["run", "--no-bus", "--until", "1.5", "--set", "solver.step_s=5e-4", "--record", "run.mcap"]);
+    let ended = command.current_dir(folder.path()).stdin(Stdio::null()).output()?;
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    let told: Vec<Status> = common::decoded(&folder.path().join("run.mcap"), "status")?;
+    let spins_s: Vec<f64> = told.iter().filter_map(|status| status.spin_s).collect();
+    assert!(spins_s.iter().any(|spin_s| *spin_s > 0.0) && spins_s.iter().all(|spin_s| *spin_s <= 1e-4), "{spins_s:?}");
+    Ok(())
+}
+
 #[test]
 fn prop_skipping_moves_deadlines_and_reports_it() -> Outcome {
     let (ending, status, told) = hurried(Overrun::Skip)?;

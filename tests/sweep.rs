@@ -179,8 +179,8 @@ fn prop_bad_specifications_are_refused_by_name() {
         (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: is missing"),
         (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}count = 2\n"), "samples: a grid has as many"),
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
-        (format!("{SCENE}method = \"grid\"\n{ROD}count = 4.5\n"), "test:9: count = 4.5: must be a whole number from 0"),
-        (format!("{SCENE}method = \"grid\"\n{ROD}count = -4\n"), "test:9: count = -4: must be a whole number from 0"),
+        (format!("{SCENE}method = \"grid\"\n{ROD}count = 4.5\n"), "test:9: count = 4.5: must be a whole number from 2"),
+        (format!("{SCENE}method = \"grid\"\n{ROD}count = -4\n"), "test:9: count = -4: must be a whole number from 2"),
         (format!("{SCENE}{random}seed = 1.5\n{ROD}"), "test:6: seed = 1.5: must be a whole number from 0"),
         (format!("{SCENE}{random}{ROD}{ROD}"), "test:10: vary.1 (rod.length_m): varies already"),
         (

@@ -40,6 +40,8 @@ Exit codes: 0 done, 1 failed, 2 usage, bad scene, or a state that cannot be line
 
 /// Up to this many states the fastest eigenvalue is computed.
 const EIGENVALUES: usize = 600;
+/// A part of an eigenvalue that is smaller, over its size, is rounding.
+const PART: f64 = 1e-12;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -136,7 +138,10 @@ fn by_scheme(multipliers: &[Complex<f64>], exact: Complex<f64>, (scheme, step_s)
     }
 }
 
-fn shown(Complex { re, im }: Complex<f64>) -> String {
+/// An eigenvalue. A part that is rounding beside the other is 0.
+fn shown(eigenvalue: Complex<f64>) -> String {
+    let part = |part: f64| if part.abs() < PART * eigenvalue.norm() { 0.0 } else { part };
+    let (re, im) = (part(eigenvalue.re), part(eigenvalue.im));
     if im == 0.0 { format!("{} 1/s", figure(re)) } else { format!("{} ± {}i 1/s", figure(re), figure(im.abs())) }
 }
 
@@ -145,5 +150,23 @@ fn some(names: &[String]) -> String {
     match names {
         [first, second, third, .., last] if names.len() > 5 => format!("{first}, {second}, {third}, … {last}"),
         _ => names.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Complex, shown};
+
+    /// Masses on springs without damping had 5.32907e-15 ± 1.71141i.
+    #[test]
+    fn regress_a_part_of_an_eigenvalue_that_is_rounding_is_zero() {
+        for (re, im, said) in [
+            (5.32907e-15, 1.71141, "0 ± 1.71141i 1/s"),
+            (-1e-9, 2.0, "-1.00000e-9 ± 2i 1/s"),
+            (-3.0, 1e-15, "-3 1/s"),
+            (0.0, 0.0, "0 1/s"),
+        ] {
+            assert_eq!(shown(Complex::new(re, im)), said);
+        }
     }
 }

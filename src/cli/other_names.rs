@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 26] = [
+pub(super) const MEANINGS: [Meaning; 27] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -133,6 +133,12 @@ pub(super) const MEANINGS: [Meaning; 26] = [
         tip: "the option for the step of a model in discrete time is --step TIME",
     },
     Meaning {
+        names: &["--count", "--steps", "-n"],
+        option: None,
+        command: Some("step"),
+        tip: "the number of steps stands without an option: flexcrank control NAME step 10",
+    },
+    Meaning {
         names: &["--pulse", "--pulses"],
         option: Some("--add-pulse"),
         command: Some("what-if"),
@@ -195,6 +201,7 @@ mod tests {
             ("trade --dt 1e-3", "--steps TIME,…"),
             ("linearise --dt 1e-3", "--step TIME"),
             ("pulse crank --torque 1 --duration 1s --start 2", "--delay TIME"),
+            ("control crank step --count 10", "flexcrank control NAME step 10"),
             ("what-if take.mcap --pulse 3:5:0.1", "--add-pulse START:TORQUE:DURATION"),
             ("run arm.toml --pulse 5", "flexcrank pulse NAME --torque NM --duration TIME"),
         ] {

@@ -66,7 +66,7 @@ pub(super) struct Args {
     /// Lowest frequency, Hz. Default: a tenth of the lowest natural frequency.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub from: Option<f64>,
-    /// Highest frequency, Hz. Default: twice the tenth natural frequency.
+    /// Highest frequency, Hz. Default: twice that of the tenth mode, a turning of the chain by itself counted among them.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub to: Option<f64>,
     /// Length of the step response. Default: ten periods of the lowest natural frequency.

@@ -66,7 +66,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["shard", "jobs", "merge"])]
     pub indices: bool,
     /// Compute nothing: draw scalars over each key and as parallel coordinates into this folder, as SVG.
-    #[arg(long, value_name = "DIR", requires = "scalars", conflicts_with_all = ["shard", "jobs", "merge"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["shard", "jobs", "merge"])]
     pub plot: Option<PathBuf>,
     /// Scalars for --indices and --plot, separated by commas. Default of --indices: all.
     #[arg(long, value_name = "SCALAR,…", value_delimiter = ',')]
@@ -74,7 +74,7 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// Refuses a table beside what is made of its rows, and scalars without it.
+    /// Refuses a table beside what is made of its rows, scalars without it, and pictures without scalars.
     fn must_be_one_command(&self) -> CommandResult<()> {
         let is_of_rows = self.indices || self.plot.is_some();
         let why = match (&self.table, is_of_rows, self.scalars.is_empty()) {
@@ -83,6 +83,7 @@ impl Args {
             }
             (Some(_), false, false) => "--scalars chooses what --indices and --plot show: the table of --table has all scalars",
             (None, false, false) => "--scalars chooses what --indices and --plot show: give one of these, or leave it out",
+            (None, _, true) if self.plot.is_some() => "--plot draws what --scalars names, as in --scalars pivot_peak_force_n",
             _ => return Ok(()),
         };
         Err(Failure::Usage(why.to_owned()))

@@ -44,6 +44,7 @@ pub fn run_stepping_thread(steppers: Vec<(Stepper, Finish)>, options: ThreadOpti
         steppers,
         clock: realtime::clock(),
         spin: AdaptiveSpin::new(options.spin),
+        spun: Duration::ZERO,
         last_deadline: Duration::ZERO,
     };
     thread.begin();
@@ -65,6 +66,8 @@ struct SteppingThread {
     steppers: Vec<(Stepper, Finish)>,
     clock: Instant,
     spin: AdaptiveSpin,
+    /// The spin before the present deadline.
+    spun: Duration,
     /// The deadline of the last steps.
     last_deadline: Duration,
 }
@@ -88,8 +91,9 @@ impl SteppingThread {
             thread::park_timeout(next.saturating_sub(self.clock.elapsed()));
             return self.do_chores();
         }
-        let (now, spin) = (self.clock.elapsed(), self.spin.length(next.saturating_sub(self.last_deadline)));
-        match deadline_wait(now, next, spin) {
+        self.spun = self.spin.length(next.saturating_sub(self.last_deadline));
+        let now = self.clock.elapsed();
+        match deadline_wait(now, next, self.spun) {
             DeadlineWait::Sleep(time) if time > INTERRUPTIBLE_WAIT => {
                 thread::park_timeout(time - INTERRUPTIBLE_MARGIN);
                 self.do_chores();
@@ -134,8 +138,8 @@ impl SteppingThread {
     }
 
     fn do_chores(&mut self) {
-        let spin = self.spin.length(Duration::MAX);
-        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.housekeep(spin));
+        let spun = self.spun;
+        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.housekeep(spun));
         self.remove_finished();
     }
 

@@ -172,6 +172,7 @@ fn in_words(message: &str) -> String {
         "f32" | "f64" => "a number without its unit, which the key names",
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
+        "a nonzero u64" => "a whole number from 1",
         "a boolean" => "true or false",
         "a string" => "a word in quotes",
         "a sequence" => "a list",

@@ -1,8 +1,11 @@
 //! The specification of a campaign: a TOML file, validated once.
 
+use std::fmt;
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::de::{self, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use toml_edit::Document;
 
 use super::axis::{Axis, Levels};
@@ -106,12 +109,12 @@ struct RawSpec {
     #[serde(default)]
     from_s: f64,
     until_s: f64,
-    max_steps: Option<u64>,
+    max_steps: Option<NonZeroU64>,
     method: Method,
-    samples: Option<u64>,
+    samples: Option<NonZeroU64>,
     #[serde(default)]
     seed: u64,
-    chunk: Option<u64>,
+    chunk: Option<NonZeroU64>,
     vary: Vec<RawAxis>,
     #[serde(default)]
     pulse: Vec<toml::Table>,
@@ -125,7 +128,7 @@ struct RawAxis {
     max: Option<f64>,
     #[serde(default)]
     log: bool,
-    count: Option<u64>,
+    count: Option<GridCount>,
     values: Option<Vec<toml::Value>>,
 }
 
@@ -241,7 +244,7 @@ impl RawSpec {
             set: self.set,
             from_s: self.from_s,
             until_s: self.until_s,
-            max_steps: self.max_steps.unwrap_or(MOST_STEPS).max(1),
+            max_steps: self.max_steps.map_or(MOST_STEPS, NonZeroU64::get),
             method: self.method,
             samples,
             seed: self.seed,
@@ -254,18 +257,17 @@ impl RawSpec {
         }
         // Some two thousand files at most: enough to share, few enough for any file system.
         let usual = runs.div_ceil(2048).next_power_of_two();
-        spec.chunk = self.chunk.unwrap_or(usual).clamp(runs.div_ceil(MOST_CHUNKS), MOST_RUNS);
+        spec.chunk = self.chunk.map_or(usual, NonZeroU64::get).clamp(runs.div_ceil(MOST_CHUNKS), MOST_RUNS);
         Ok(spec)
     }
 }
 
 /// The number of samples; that of a grid follows from its axes.
-fn samples(given: Option<u64>, is_grid: bool, axes: &[Axis]) -> Result<u64, String> {
+fn samples(given: Option<NonZeroU64>, is_grid: bool, axes: &[Axis]) -> Result<u64, String> {
     match (given, is_grid) {
         (_, true) => Ok(axes.iter().fold(1, |product: u64, axis| product.saturating_mul(axis.grid_count()))),
         (None, false) => Err("samples: is missing; it is a whole number from 1".to_owned()),
-        (Some(0), false) => Err("samples: must be a whole number from 1".to_owned()),
-        (Some(samples), false) => Ok(samples),
+        (Some(samples), false) => Ok(samples.get()),
     }
 }
 
@@ -273,6 +275,29 @@ fn samples(given: Option<u64>, is_grid: bool, axes: &[Axis]) -> Result<u64, Stri
 fn pulses(pulses: &[toml::Table]) -> Result<String, String> {
     let table = |pulse| toml::to_string(pulse).map(|keys| format!("\n[[pulse]]\n{keys}"));
     pulses.iter().map(table).collect::<Result<_, _>>().map_err(|error| format!("pulse: {error}"))
+}
+
+/// The number of values of a range on a grid, both bounds included.
+#[derive(Debug, Clone, Copy)]
+struct GridCount(u64);
+
+impl<'de> Deserialize<'de> for GridCount {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct FromTwo;
+        impl Visitor<'_> for FromTwo {
+            type Value = GridCount;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("a whole number from 2")
+            }
+
+            fn visit_i64<E: de::Error>(self, count: i64) -> Result<GridCount, E> {
+                let refuse = || E::invalid_value(Unexpected::Signed(count), &self);
+                u64::try_from(count).ok().filter(|count| *count >= 2).map(GridCount).ok_or_else(refuse)
+            }
+        }
+        deserializer.deserialize_i64(FromTwo)
+    }
 }
 
 impl RawAxis {
@@ -296,8 +321,8 @@ impl RawAxis {
                     return refuse(&format!("min = {min:?}: log needs a min above 0"));
                 }
                 let count = match (self.count, is_grid) {
-                    (Some(count), true) if count >= 2 => count,
-                    (_, true) => return refuse("on a grid, count must be a whole number from 2"),
+                    (Some(GridCount(count)), true) => count,
+                    (None, true) => return refuse("on a grid, count must be a whole number from 2"),
                     (None, false) => 0,
                     (Some(_), false) => return refuse("count is for method \"grid\""),
                 };
@@ -342,5 +367,24 @@ mod tests {
         assert!(refused.starts_with("test:5: log: unknown key") && refused.ends_with("; it is a key of [[vary]]"), "{refused}");
         assert!(!said(&format!("{campaign}{vary}samples = 3\n")).contains("it is a key of"));
         assert_eq!(said(&format!("{campaign}{vary}log = true\n")), "");
+    }
+
+    /// `samples = 20.5` was to be a whole number from 0, which was refused then, and `max_steps = 0` was read as 1.
+    #[test]
+    fn regress_whole_numbers_are_refused_with_their_own_least_values() {
+        let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"random\"\nsamples = 4\n";
+        let vary = "[[vary]]\nkey = \"slider.mass_kg\"\nmin = 1.0\nmax = 2.0\n";
+        for (was, is, said) in [
+            ("samples = 4", "samples = 20.5", "4: samples = 20.5: must be a whole number from 1"),
+            ("samples = 4", "samples = 0", "4: samples = 0: must be a whole number from 1"),
+            ("samples = 4", "samples = -3", "4: samples = -3: must be a whole number from 1"),
+            ("samples = 4", "samples = 4\nmax_steps = 0", "5: max_steps = 0: must be a whole number from 1"),
+            ("samples = 4", "samples = 4\nchunk = 0", "5: chunk = 0: must be a whole number from 1"),
+            ("samples = 4", "samples = 4\nseed = -1", "5: seed = -1: must be a whole number from 0"),
+            ("max = 2.0", "max = 2.0\ncount = 1", "9: count = 1: must be a whole number from 2"),
+        ] {
+            let refused = Spec::parse("test", &format!("{campaign}{vary}").replace(was, is)).err().map(|error| error.to_string());
+            assert_eq!(refused, Some(format!("test:{said}")));
+        }
     }
 }
