@@ -70,7 +70,7 @@ pub(super) fn start_from(
     let source = RecordedSession::open(file)?;
     let name = name.map_or_else(|| source.name.parse(), Ok)?;
     let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
-    let Resumed { simulation, epoch_start_s, scene, answers } = recompute(file, &source, at_s)?;
+    let Resumed { simulation, epoch_start_s, scene, answers, missing } = recompute(file, &source, at_s)?;
     let time_s = simulation.time_s();
     if let Some(until_s) = until_s.filter(|until_s| *until_s <= time_s) {
         let time_s = shown_s(time_s);
@@ -84,7 +84,7 @@ pub(super) fn start_from(
         shown_s(simulation.time_s())
     );
     say!("resuming {of}");
-    let resumption = Some(Resumption { started: source.started, epoch_start_s, level: scene.level, answers, of });
+    let resumption = Some(Resumption { started: source.started, epoch_start_s, level: scene.level, answers, missing, of });
     Ok((name, RunStart { scene: scene.base, simulation, publish, resumption }))
 }
 

@@ -7,7 +7,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::log::is_quiet;
 use super::progress::visible;
-use crate::runtime::is_distrust;
+use crate::runtime::{is_distrust, is_expiry};
 use crate::service::OnStatus;
 use crate::shown::shown_s;
 use crate::wire::{Status, status::EnergyVerdict, status::State};
@@ -41,6 +41,8 @@ struct ServiceStatus {
     warning: String,
     /// The epoch of that warning.
     epoch: u64,
+    /// Setpoints that had expired before the first status, as of a session that is resumed: their warning is old.
+    expired_before: Option<u64>,
 }
 
 impl StatusLine {
@@ -113,6 +115,7 @@ impl ServiceStatus {
         if epoch != self.epoch {
             // A run that was reset is another.
             (self.epoch, self.warning) = (epoch, String::new());
+            self.expired_before = self.expired_before.map(|_| 0);
         }
         if !self.warning.is_empty() {
             let is_lifted = is_distrust(&self.warning) && status.energy_verdict() == EnergyVerdict::Balanced;
@@ -121,7 +124,9 @@ impl ServiceStatus {
                 format!("{whose}t = {time_s} s: {DISTRUST_LIFTED}")
             });
         }
-        if status.state() != State::Running || status.message.is_empty() {
+        let expired_before = *self.expired_before.get_or_insert(status.setpoints_expired);
+        let is_old = status.setpoints_expired == expired_before && is_expiry(&status.message);
+        if status.state() != State::Running || status.message.is_empty() || is_old {
             return None;
         }
         self.warning.clone_from(&status.message);
@@ -208,7 +213,8 @@ fn milliseconds(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::unbalanced;
+    use crate::runtime::{setpoint_warning, unbalanced};
+    use crate::simulation::SetpointState;
     use crate::wire::Stamp;
 
     /// The first steps of a pulse can leave the tolerance by a little: the warning stood there, though the run ended with code 0.
@@ -235,6 +241,15 @@ mod tests {
         assert!(line(EnergyVerdict::Unbalanced, 2.2, &distrust).is_some());
         epoch.set(2);
         assert_eq!(line(EnergyVerdict::Balanced, 0.0, ""), None);
+        // A session that is resumed repeats no expiry of before.
+        let expired = |setpoints_expired| Status {
+            setpoints_expired,
+            message: setpoint_warning(&SetpointState { expired: true, ..SetpointState::default() }).unwrap_or_default(),
+            ..status(EnergyVerdict::Balanced, 3.0, "")
+        };
+        let mut resumed = ServiceStatus::default();
+        let said = [2, 2, 3, 3].map(|count| resumed.line(&expired(count), "").is_some());
+        assert_eq!(said, [false, false, true, false]);
         // Other warnings are printed once, and stand.
         assert_eq!(line(EnergyVerdict::Balanced, 2.5, "bent"), Some("warning: bent".to_owned()));
         assert_eq!([line(EnergyVerdict::Balanced, 3.0, "bent"), line(EnergyVerdict::Balanced, 3.5, "")], [None, None]);

@@ -8,7 +8,7 @@ use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::runtime::{CHECKPOINT_PERIOD_S, Reply};
 use crate::scene::SceneAtLevel;
-use crate::simulation::Simulation;
+use crate::simulation::{PerTelemetry, Simulation};
 use crate::wire::{self, AppliedCommand, Checkpoint, Message, Topic};
 
 /// A session at an instant of its recording.
@@ -21,6 +21,8 @@ pub struct Resumed {
     pub scene: SceneAtLevel,
     /// Replies to the commands accepted until then, in order.
     pub answers: Vec<Reply>,
+    /// The topics on which the recording lacks the sample of that instant: a crash may cut off some of them.
+    pub missing: PerTelemetry<bool>,
 }
 
 /// Re-simulates from the last checkpoint, with the recorded commands, to the end of a recording or to `at_s`, in simulated s
@@ -60,7 +62,8 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
     }
     let sampling = |simulation: &mut Simulation| {
         // A published sample ends the period of the mean torque.
-        if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), &simulation.grid())) {
+        let is_lacking = (simulation.epoch(), simulation.step_count()) == trail.last && !trail.sampled.loads;
+        if due(source, simulation).loads && !is_lacking {
             simulation.take_mean_torque_nm();
         }
     };
@@ -91,7 +94,15 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
     check(end)?;
     resimulator.go_to(end, sampling).map_err(|fault| unlike(fault.to_string()))?;
     let (simulation, epoch_start_s, scene) = resimulator.into_parts();
-    Ok(Resumed { simulation, epoch_start_s, scene, answers: trail.answers })
+    let lacks = |(is_due, is_sampled): (bool, bool)| is_due && !is_sampled && end == trail.last;
+    let missing = due(source, &simulation).zip(trail.sampled).map(lacks);
+    Ok(Resumed { simulation, epoch_start_s, scene, answers: trail.answers, missing })
+}
+
+/// The topics that a recording samples at the present step.
+fn due(source: &RecordedSession, simulation: &Simulation) -> PerTelemetry<bool> {
+    let (step, grid) = (simulation.step_count(), simulation.grid());
+    source.publish.map_or(PerTelemetry::default(), |rates| rates.map(|rate| rate.is_due(step, &grid)))
 }
 
 /// Whether a stamp is believed: no further than two periods of checkpoints after the last one, or after a reset. One checkpoint
@@ -102,6 +113,16 @@ fn is_proved(at: EpochStep, last: EpochStep, step_s: f64) -> bool {
     at.1 <= begin.saturating_add(steps).saturating_add(2)
 }
 
+/// The topic of a sample; none of other messages.
+fn telemetry(event: &Message) -> PerTelemetry<bool> {
+    PerTelemetry {
+        displacements: matches!(event, Message::Displacements(_)),
+        angles: matches!(event, Message::Angles(_)),
+        loads: matches!(event, Message::Loads(_)),
+        energies: matches!(event, Message::Energies(_)),
+    }
+}
+
 /// The checkpoint and commands that lead to the instant to resume at.
 struct Trail {
     timeline: Timeline,
@@ -110,6 +131,8 @@ struct Trail {
     commands: Vec<AppliedCommand>,
     /// Last recorded instant.
     last: EpochStep,
+    /// The topics that have the sample of that instant.
+    sampled: PerTelemetry<bool>,
     answers: Vec<Reply>,
     /// Whether messages are missing since the checkpoint.
     broken: bool,
@@ -124,6 +147,7 @@ impl Trail {
             checkpoint: None,
             commands: Vec::new(),
             last: EpochStep::default(),
+            sampled: PerTelemetry::default(),
             answers: Vec::new(),
             broken: false,
             goes_on: false,
@@ -135,6 +159,7 @@ impl Trail {
         self.timeline.take(&event);
         let timely = |stamp: &wire::Stamp| self.timeline.is_timely(source, stamp, message.log_time);
         let Some(stamp) = event.stamp().filter(timely) else { return };
+        let sampled = telemetry(&event);
         match event {
             Message::Gaps(gap) => {
                 self.broken |= gap.topic == Topic::Commands.chunk();
@@ -154,8 +179,11 @@ impl Trail {
             }
             _ => {}
         }
+        let instant = (stamp.epoch, stamp.step);
         if !self.broken {
-            self.last = (stamp.epoch, stamp.step);
+            let before = if instant == self.last { self.sampled } else { PerTelemetry::default() };
+            self.sampled = before.zip(sampled).map(|(before, now)| before || now);
+            self.last = instant;
         }
     }
 

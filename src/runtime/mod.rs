@@ -43,6 +43,8 @@ pub use slowdown::Slowdown;
 pub use spin::{BadSpin, Spin};
 pub use status::{OverrunCounts, RunPhase, RunStatus};
 pub use step_error_histogram::{StepErrorHistogram, StepErrorQuantiles};
-pub(crate) use stepper::{CHECKPOINT_PERIOD_S, GOVERNED, beyond_range, is_distrust, setpoint_warning, unbalanced, warning};
+pub(crate) use stepper::{
+    CHECKPOINT_PERIOD_S, GOVERNED, beyond_range, is_distrust, is_expiry, setpoint_warning, unbalanced, warning,
+};
 pub use stepper::{Ending, Ports, RunSummary, STATUS_PERIOD, Stepper, SteppingOptions};
 pub use stepping_thread::{Finish, ThreadOptions, run_stepping_thread};

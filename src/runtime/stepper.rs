@@ -27,7 +27,7 @@ pub(crate) use changes::GOVERNED;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
-pub(crate) use reporting::{beyond_range, is_distrust, setpoint_warning, unbalanced, warning};
+pub(crate) use reporting::{beyond_range, is_distrust, is_expiry, setpoint_warning, unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
 pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;
@@ -119,7 +119,8 @@ pub struct Stepper {
     drops: Drops,
     schedule: Schedule,
     levels: Levels,
-    resumed: bool,
+    /// The topics that the first state is published on.
+    first: PerTelemetry<bool>,
     epoch_start_s: f64,
 }
 
@@ -148,16 +149,17 @@ impl Stepper {
             drops: Drops::default(),
             schedule: Schedule::default(),
             levels: Levels::default(),
-            resumed: false,
+            first: true.into(),
             epoch_start_s: 0.0,
         })
     }
 
-    /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
-    pub fn resumed(mut self, epoch_start_s: f64, answers: &[Reply]) -> Self {
+    /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`. The state at
+    /// which it resumes was published before, but on the `missing` topics.
+    pub fn resumed(mut self, epoch_start_s: f64, answers: &[Reply], missing: PerTelemetry<bool>) -> Self {
         self.epoch_start_s = epoch_start_s;
         answers.iter().for_each(|answer| self.ports.shared.remember(answer, None));
-        self.resumed = true;
+        self.first = missing;
         self
     }
 
@@ -177,9 +179,8 @@ impl Stepper {
         self.start_spare();
         self.ports.shared.wake_with(std::thread::current());
         self.checkpoint();
-        // The state at which a session resumes was published before.
-        if !self.resumed {
-            let published = self.publish(true.into());
+        if self.first != false.into() {
+            let published = self.publish(self.first);
             self.note_result(published);
         }
         self.status(self.phase(), None);

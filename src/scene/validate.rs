@@ -123,7 +123,9 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
         (Some(speed), None, None) => {
             if raw.start.rate_rad_per_s.is_some_and(|rate| rate != *speed) {
-                let problem = format!("contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out");
+                let problem = format!(
+                    "contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out, or give the same rate"
+                );
                 check.note(|| check.refuse("start.rate_rad_per_s", problem));
             }
             Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed))
@@ -135,7 +137,10 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
         (None, None, Some(table)) => {
             let given = [("start.angle_rad", raw.start.angle_rad), ("start.rate_rad_per_s", raw.start.rate_rad_per_s)];
             for (key, _) in given.into_iter().filter(|(_, value)| value.is_some()) {
-                check.note(|| check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
+                let is_way = check.is_to_blame("drive", key);
+                let way = if is_way { "; to leave out all of [start], set start={} as well" } else { "" };
+                let problem = format!("drive.table prescribes angle and rate from the start on: leave it out{way}");
+                check.note(|| check.refuse(key, problem));
             }
             Motion::Table(ascending(check, "drive.table", table, |_| None)?)
         }
@@ -278,6 +283,15 @@ mod tests {
         let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
         let refused = SceneSource::open(scene, &overrides).err().map(|refused| refused.in_full()).unwrap_or_default();
         refused.lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    /// `--set` cannot leave a key of the scene out, and 0 contradicts the drive, too.
+    #[test]
+    fn regress_a_start_that_contradicts_a_drive_that_was_given_names_a_way() {
+        assert!(refusals("ref-r4m", &["drive={table=[[0.0,0.5],[1.0,1.0]]}"]).concat().contains("set start={} as well"));
+        assert!(refusals("ref-r4m", &["drive={table=[[0.0,0.5],[1.0,1.0]]}", "start={}"]).is_empty());
+        assert!(refusals("ref-r4m", &["drive.speed_rad_per_s=25"]).concat().ends_with("leave it out, or give the same rate"));
+        assert!(refusals("ref-r4m", &["drive.speed_rad_per_s=25", "start.rate_rad_per_s=25"]).is_empty());
     }
 
     /// They were refused one by one, and only once every value was in its range.

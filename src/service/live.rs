@@ -27,7 +27,7 @@ use crate::runtime::{
     ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::{SceneAtLevel, SceneSource};
-use crate::simulation::{EnergyVerdict, PassedLoad, PublishRates, Sample, Simulation};
+use crate::simulation::{EnergyVerdict, PassedLoad, PerTelemetry, PublishRates, Sample, Simulation};
 use crate::wire::{Angles, Displacements};
 
 /// Samples in flight from one simulation, if few run.
@@ -82,6 +82,8 @@ pub struct Resumption {
     pub level: usize,
     /// Replies to the commands accepted before, so that a retry is not applied again.
     pub answers: Vec<Reply>,
+    /// Topics on which the sample of the instant to begin at is published: the recording lacks it.
+    pub missing: PerTelemetry<bool>,
     /// The recording, and where the session resumes.
     pub of: String,
 }
@@ -293,8 +295,8 @@ impl Group {
         let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, shared: inbox.shared() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?.with_ladder(ladder);
-        if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
-            stepper = stepper.resumed(epoch_start_s, &answers);
+        if let Some(Resumption { epoch_start_s, answers, missing, .. }) = resumed {
+            stepper = stepper.resumed(epoch_start_s, &answers, missing);
         }
         let (finish, ended) = oneshot::channel();
         let (close, closed) = oneshot::channel();

@@ -312,6 +312,7 @@ fn prop_a_lock_step_session_is_resumed_to_the_bit() -> Outcome {
                     level: 0,
                     epoch_start_s: resumed.epoch_start_s,
                     answers: resumed.answers,
+                    missing: resumed.missing,
                     of: "run.mcap".to_owned(),
                 };
                 service = Service::resume_in_lockstep(source.scene.clone(), resumed.simulation, resumption)?;

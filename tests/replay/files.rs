@@ -147,8 +147,8 @@ fn regress_topics_that_are_never_replayed_are_named_in_the_refusal() -> Outcome 
 fn regress_another_scene_of_a_resumed_recording_is_refused_with_the_recording_to_take() -> Outcome {
     let (file, folder) = recording()?;
     let source = RecordedSession::open(&file)?;
-    let Resumed { simulation, epoch_start_s, answers, .. } = resume(&source, Some(0.5), &|_| {})?;
-    let resumption = Resumption { started: source.started, epoch_start_s, level: 0, answers, of: "run.mcap".to_owned() };
+    let Resumed { simulation, epoch_start_s, answers, missing, .. } = resume(&source, Some(0.5), &|_| {})?;
+    let resumption = Resumption { started: source.started, epoch_start_s, level: 0, answers, missing, of: "run.mcap".to_owned() };
     let (_, resumed) = Service::resume(source.scene.clone(), simulation, resumption, 1.0, PublishRate::All)?.finish()?;
     let change = Change { overrides: vec!["rod.density_kg_per_m3=7000.0".to_owned()], ..Change::default() };
     let later = RecordedSession::open(&resumed.path().join("run.mcap"))?;

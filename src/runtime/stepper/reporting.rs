@@ -100,9 +100,17 @@ impl Stepper {
     }
 }
 
+/// The warning that a setpoint has expired.
+const EXPIRED: &str = "the setpoint has expired: no other came within its hold_s, and the torque is zero";
+
 /// The warning of the watchdog, until the next setpoint.
 pub(crate) fn setpoint_warning(setpoint: &SetpointState) -> Option<String> {
-    setpoint.expired.then(|| "the setpoint has expired: no other came within its hold_s, and the torque is zero".to_owned())
+    setpoint.expired.then(|| EXPIRED.to_owned())
+}
+
+/// Whether a warning is that of the watchdog.
+pub(crate) fn is_expiry(warning: &str) -> bool {
+    warning == EXPIRED
 }
 
 /// The warning of the simulation: energy out of balance, or a link bent by `worst_out_of_range` from its chord, rad.
