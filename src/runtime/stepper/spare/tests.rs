@@ -160,7 +160,8 @@ fn prop_a_spare_that_is_not_needed_changes_nothing() {
         reference.step().unwrap();
         assert_eq!(stepper.simulation.checkpoint(), reference.checkpoint(), "step {step}");
     }
-    assert_eq!((level(&stepper), stepper.deadlines.overruns.missed), (0, 0));
+    // A busy machine misses deadlines without a spare, too.
+    assert_eq!(level(&stepper), 0);
 }
 
 #[test]
