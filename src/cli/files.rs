@@ -69,18 +69,18 @@ pub(super) fn files(name: Option<&str>) -> CommandResult {
 /// The refusal of a name that this command does not know, with the command that prints what has this name.
 fn elsewhere(name: &str, unknown: impl Into<Failure>) -> Failure {
     let is_command = || Cli::command().get_subcommands().any(|command| command.get_name() == name && !command.is_hide_set());
-    let (what, way) = if builtin::find(name).is_ok() {
-        ("built-in scene", format!("scenes {name}"))
+    let way = if builtin::find(name).is_ok() {
+        format!("a built-in scene: `flexcrank scenes {name}` prints it")
     } else if files::find(name).is_ok() {
-        ("file of the program", format!("files {name}"))
+        format!("a file of the program: `flexcrank files {name}` prints it")
     } else if guide::find(name).is_ok() {
-        ("chapter of the guide", format!("guide {name}"))
+        format!("a chapter of the guide: `flexcrank guide {name}` prints it")
     } else if is_command() {
-        ("command", format!("{name} --help"))
+        format!("a command: `flexcrank {name} --help` prints its help")
     } else {
         return unknown.into();
     };
-    Failure::Usage(format!("{name}: is a {what}: `flexcrank {way}` prints {}", if what == "command" { "its help" } else { "it" }))
+    Failure::Usage(format!("{name}: is {way}"))
 }
 
 #[cfg(test)]

@@ -241,18 +241,27 @@ mod tests {
         assert!(line(EnergyVerdict::Unbalanced, 2.2, &distrust).is_some());
         epoch.set(2);
         assert_eq!(line(EnergyVerdict::Balanced, 0.0, ""), None);
-        // A session that is resumed repeats no expiry of before.
-        let expired = |setpoints_expired| Status {
-            setpoints_expired,
-            message: setpoint_warning(&SetpointState { expired: true, ..SetpointState::default() }).unwrap_or_default(),
-            ..status(EnergyVerdict::Balanced, 3.0, "")
-        };
-        let mut resumed = ServiceStatus::default();
-        let said = [2, 2, 3, 3].map(|count| resumed.line(&expired(count), "").is_some());
-        assert_eq!(said, [false, false, true, false]);
         // Other warnings are printed once, and stand.
         assert_eq!(line(EnergyVerdict::Balanced, 2.5, "bent"), Some("warning: bent".to_owned()));
         assert_eq!([line(EnergyVerdict::Balanced, 3.0, "bent"), line(EnergyVerdict::Balanced, 3.5, "")], [None, None]);
+    }
+
+    /// A resumed session told of an expiry as if it were new.
+    #[test]
+    fn regress_a_setpoint_that_expired_before_is_not_told_again() {
+        let message = setpoint_warning(&SetpointState { expired: true, ..SetpointState::default() }).unwrap_or_default();
+        let expired = |setpoints_expired, epoch| Status {
+            stamp: Some(Stamp { epoch, ..Stamp::default() }),
+            state: State::Running.into(),
+            message: message.clone(),
+            setpoints_expired,
+            ..Status::default()
+        };
+        let mut resumed = ServiceStatus::default();
+        let mut is_told = |count, epoch| resumed.line(&expired(count, epoch), "").is_some();
+        assert_eq!([2, 2, 3, 3].map(|count| is_told(count, 1)), [false, false, true, false]);
+        // The count begins again with a reset.
+        assert_eq!([1, 1].map(|count| is_told(count, 2)), [true, false]);
     }
 
     #[test]

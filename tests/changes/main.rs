@@ -84,7 +84,6 @@ fn regress_a_link_that_becomes_rigid_leaves_no_blow_that_steps_do_not_resolve() 
                 }
                 let after = simulation.ledger();
                 let moved = (after.balance_error_j - before.balance_error_j).abs() / after.in_play_j;
-                println!("{keys:?}, {link} at {instant_s} s: {moved:.1e}");
                 assert!(moved < 5e-3, "{keys:?}, {link} at {instant_s} s: {moved:e}");
             }
         }

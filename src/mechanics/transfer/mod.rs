@@ -24,26 +24,30 @@
 //! a turn of the links as rigid bodies. It is small, as δ is: of the built-in crank-slider, whose crank turns at 8.5 rad/s in the middle
 //! of its vibration, λ is 6e-2 rad/s into rigid links, 6e-6 into one mode, 2e-7 from 32 elements to four modes, 4e-6 to 8 elements.
 //!
-//! **Shocks.** A link that becomes rigid stops its vibration at once, and the projection hands that blow on to the coordinates that
-//! the new model shares with the old one: of the built-in crank-slider, whose rod becomes rigid in the middle of its vibration, some
-//! 0.7 J of 14 J go into vibrations of the crank that die away within 0.3 ms, and that steps of 2 ms do not resolve. As in [`Transfer::accelerations`], what steps
-//! do not resolve is brought to rest: of the blow d, the coordinates get
+//! **Shocks.** A link that becomes rigid stops its vibration at once. The projection hands that blow on to the other link: of the
+//! built-in crank-slider, whose rod becomes rigid in the middle of its vibration, some 0.7 J of 14 J go into vibrations of the crank
+//! that die away within 0.3 ms. Steps of 2 ms do not resolve these. As in [`Transfer::accelerations`], what steps do not resolve is
+//! brought to rest: of the blow d, the change of the velocities of a link that keeps its coordinates, the model gets
 //!
 //! ```text
 //! (M + ½h C + ¼h² K)⁻¹ M d
 //! ```
 //!
+//! which is d itself as the step h goes to 0. The energy that is lost counts as that of the change.
+//!
 //! **Limits.** The mean axial strain of a link is kept, not its distribution. A model without axial strain has none to hand over:
 //! finite elements then begin with slack links, and the axial force rings about its mean for some ten steps. Into rigid links all
 //! vibration is lost, with its energy.
 
+mod frame;
 mod stations;
 #[cfg(test)]
 mod tests;
 
-use super::chain_line::{LinkShape, PlacePoint, ShapePoint};
-use super::mechanism::{ChainModel, Input, Mechanism, Weights};
+use super::chain_line::{LinkShape, PlacePoint};
+use super::mechanism::{ChainModel, Coordinate, Input, Mechanism, Weights};
 use crate::scene::{Chain, End};
+use frame::{Frame, stretch};
 use stations::Stations;
 
 /// Most rounds of the projection of velocities. Two or three do: each leaves 1e-5 of the one before, or less.
@@ -92,7 +96,7 @@ pub struct Present<'a> {
 #[derive(Debug, Clone)]
 pub struct Transfer {
     same: bool,
-    /// Of each coordinate of the new model, that of the old one with the same name.
+    /// Of each coordinate of a link that keeps its coordinates, its place in the old model.
     shared: Vec<Option<usize>>,
     /// Whether both chains have the same masses: a chain whose masses change keeps its velocities, and its momentum changes with them.
     keeps_momentum: bool,
@@ -137,7 +141,7 @@ impl Transfer {
         let [old, new] = [from.coordinates(), to.coordinates()];
         Ok(Self {
             same: old.iter().map(|c| &c.name).eq(new.iter().map(|c| &c.name)),
-            shared: new.iter().map(|new| old.iter().position(|old| old.name == new.name)).collect(),
+            shared: shared(&old, &new),
             keeps_momentum: same_masses(from_chain, to_chain),
             points: vec![PlacePoint::default(); stations.places.len()],
             own: vec![PlacePoint::default(); stations.masses_kg.len()],
@@ -260,7 +264,8 @@ impl Transfer {
         Ok(())
     }
 
-    /// Takes out of the velocities what the projection added to shared coordinates in vibrations that steps of `h_s` do not resolve.
+    /// Takes out of the velocities what the projection added to links that keep their coordinates, in vibrations that steps of `h_s` do
+    /// not resolve.
     fn soften(
         &mut self,
         to: &mut dyn ChainModel,
@@ -321,44 +326,17 @@ impl Transfer {
     }
 }
 
-/// A chord's frame.
-struct Frame {
-    origin_m: [f64; 2],
-    direction: [f64; 2],
-    angle: f64,
-    length_m: f64,
-}
-
-impl Frame {
-    fn new(pins: &[PlacePoint; 2], angle: f64) -> Self {
-        let [first, last] = pins.map(|pin| pin.position_m);
-        let along = [last[0] - first[0], last[1] - first[1]];
-        let length_m = along[0].hypot(along[1]);
-        Self { origin_m: first, direction: along.map(|x| x / length_m), angle, length_m }
+/// The places, in the old model, of the coordinates of each link that has the same ones in both models. Nodes of another mesh, and modes
+/// beside another number of them, may have the same names, and mean something else.
+fn shared(old: &[Coordinate], new: &[Coordinate]) -> Vec<Option<usize>> {
+    fn link(coordinate: &Coordinate) -> Option<&str> {
+        coordinate.name.split('_').next()
     }
-
-    fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [cos, sin] = self.direction;
-        [cos * x + sin * y, cos * y - sin * x]
-    }
-
-    fn show(&self, point: &PlacePoint, shown: &mut ShapePoint) {
-        let [x, y] = point.position_m;
-        shown.position_m = self.local([x - self.origin_m[0], y - self.origin_m[1]]);
-        shown.slope = self.local(point.slope);
-    }
-}
-
-/// Mean strain ε of the axis, from the length c of the chord. A tangent `(1 + ε) (cos φ, sin φ)` has `y' = (1 + ε) sin φ`, so that
-/// `c/L − ∫ √(1 − y'²) dξ = ∫ (1 + ε) cos φ − √(1 − (1 + ε)² sin² φ) dξ = ∫ ε/cos φ dξ + O(ε²)`.
-///
-/// Unlike the length of the tangents it does not feel how well the model resolves foreshortening along the link.
-fn stretch(shape: &LinkShape, length_m: f64) -> f64 {
-    if shape.samples.is_empty() {
-        return 0.0;
-    }
-    let unstretched: f64 = shape.samples.iter().map(|s| s.weight * (1.0 - s.slope[1].powi(2)).max(0.0).sqrt()).sum();
-    shape.chord_m / length_m - unstretched
+    let of_link = |all: &[Coordinate], of: &Coordinate| -> Vec<String> {
+        all.iter().filter(|one| link(one) == link(of)).map(|one| one.name.clone()).collect()
+    };
+    let place = |of: &Coordinate| old.iter().position(|one| one.name == of.name).filter(|_| of_link(old, of) == of_link(new, of));
+    new.iter().map(place).collect()
 }
 
 /// Whether the chains are the same line: as many links, as long, with the same kind of end.

@@ -338,6 +338,9 @@ impl RawAxis {
 mod tests {
     use super::Spec;
 
+    const RANDOM: &str = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"random\"\nsamples = 4\n";
+    const VARY: &str = "[[vary]]\nkey = \"slider.mass_kg\"\nmin = 1.0\nmax = 2.0\n";
+
     #[test]
     fn regress_text_without_quotes_and_lists_without_brackets_are_refused_with_what_to_write() {
         let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"grid\"\n\
@@ -360,20 +363,16 @@ mod tests {
 
     #[test]
     fn regress_a_key_of_an_axis_outside_of_it_is_refused_with_its_place() {
-        let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"random\"\nsamples = 4\n";
-        let vary = "[[vary]]\nkey = \"slider.mass_kg\"\nmin = 1.0\nmax = 2.0\n";
         let said = |text: &str| Spec::parse("test", text).err().map(|refused| refused.to_string()).unwrap_or_default();
-        let refused = said(&format!("{campaign}log = true\n{vary}"));
+        let refused = said(&format!("{RANDOM}log = true\n{VARY}"));
         assert!(refused.starts_with("test:5: log: unknown key") && refused.ends_with("; it is a key of [[vary]]"), "{refused}");
-        assert!(!said(&format!("{campaign}{vary}samples = 3\n")).contains("it is a key of"));
-        assert_eq!(said(&format!("{campaign}{vary}log = true\n")), "");
+        assert!(!said(&format!("{RANDOM}{VARY}samples = 3\n")).contains("it is a key of"));
+        assert_eq!(said(&format!("{RANDOM}{VARY}log = true\n")), "");
     }
 
     /// `samples = 20.5` was to be a whole number from 0, which was refused then, and `max_steps = 0` was read as 1.
     #[test]
     fn regress_whole_numbers_are_refused_with_their_own_least_values() {
-        let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"random\"\nsamples = 4\n";
-        let vary = "[[vary]]\nkey = \"slider.mass_kg\"\nmin = 1.0\nmax = 2.0\n";
         for (was, is, said) in [
             ("samples = 4", "samples = 20.5", "4: samples = 20.5: must be a whole number from 1"),
             ("samples = 4", "samples = 0", "4: samples = 0: must be a whole number from 1"),
@@ -383,7 +382,7 @@ mod tests {
             ("samples = 4", "samples = 4\nseed = -1", "5: seed = -1: must be a whole number from 0"),
             ("max = 2.0", "max = 2.0\ncount = 1", "9: count = 1: must be a whole number from 2"),
         ] {
-            let refused = Spec::parse("test", &format!("{campaign}{vary}").replace(was, is)).err().map(|error| error.to_string());
+            let refused = Spec::parse("test", &format!("{RANDOM}{VARY}").replace(was, is)).err().map(|error| error.to_string());
             assert_eq!(refused, Some(format!("test:{said}")));
         }
     }

@@ -19,6 +19,9 @@ enum Kind {
 }
 use Kind::{Elements, Modal as Modes};
 
+/// Step of the models that take over a state, s.
+const STEP_S: f64 = 2e-3;
+
 const ALL: [Kind; 15] = [
     Kind::Rigid,
     Modes(1),
@@ -112,11 +115,15 @@ impl Moving {
         self.hand_to(Self::new(&self.chain, kind, self.input.motion.is_some()))
     }
 
-    fn hand_to(&mut self, mut other: Self) -> Result<Self, CannotTransfer> {
+    fn hand_to(&mut self, other: Self) -> Result<Self, CannotTransfer> {
+        self.hand_in_steps_of(STEP_S, other)
+    }
+
+    fn hand_in_steps_of(&mut self, h_s: f64, mut other: Self) -> Result<Self, CannotTransfer> {
         other.input = self.input;
         let mut transfer = Transfer::new(&self.chain, &*self.mechanism, &other.chain, &*other.mechanism)?;
         let old = Present { input: &self.input, q: &self.q, v: &self.v };
-        transfer.apply((&mut *self.mechanism, &old), (&mut *other.mechanism, 0.0), &mut other.q, &mut other.v)?;
+        transfer.apply((&mut *self.mechanism, &old), (&mut *other.mechanism, h_s), &mut other.q, &mut other.v)?;
         Ok(other)
     }
 

@@ -168,6 +168,42 @@ fn prop_a_link_made_rigid_keeps_momentum_and_pins() -> Tested {
     Ok(())
 }
 
+/// Velocities of the crank-slider after 100 steps, taken over by a scene with other keys to go on in steps of `h_s`.
+fn taken_over(from: Kind, to: (Kind, &[&str]), h_s: f64) -> Result<Vec<f64>, Box<dyn std::error::Error>> {
+    let mut old = Moving::after(100, &of("crank-slider", &[])?, from)?;
+    let scene = of("crank-slider", to.1)?;
+    Ok(old.hand_in_steps_of(h_s, Moving::new(scene.chain().ok_or("no chain")?, to.0, false))?.v)
+}
+
+/// Nodes of two meshes have the same names in other places: what they differ by was taken for a blow.
+#[test]
+fn regress_the_step_matters_only_where_a_link_keeps_its_coordinates() -> Tested {
+    let pairs = [(Elements(4), Elements(8)), (Elements(8), Elements(3)), (Modes(2), Modes(4)), (Modes(4), Elements(8))];
+    for (from, to) in pairs {
+        assert_eq!(taken_over(from, (to, &[]), 0.0)?, taken_over(from, (to, &[]), 1e-2)?, "{from:?} -> {to:?}");
+    }
+    for kind in [Modes(4), Elements(4)] {
+        let rigid = |h_s: f64| taken_over(kind, (kind, &["rod.rigid=true"]), h_s);
+        assert_ne!(rigid(0.0)?, rigid(1e-2)?, "{kind:?}");
+    }
+    Ok(())
+}
+
+/// With damping, of the first order.
+#[test]
+fn order_the_blow_of_a_link_made_rigid_is_whole_as_steps_become_short() -> Tested {
+    for kind in [Modes(4), Elements(4)] {
+        let rigid = |h_s: f64| taken_over(kind, (kind, &["rod.rigid=true"]), h_s);
+        let whole = rigid(0.0)?;
+        let apart = |h_s: f64| -> Result<f64, Box<dyn std::error::Error>> {
+            Ok(rigid(h_s)?.iter().zip(&whole).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt())
+        };
+        let [long, short] = [apart(1e-8)?, apart(1e-9)?];
+        assert!((long / short / 10.0 - 1.0).abs() < 0.05 && short > 0.0, "{kind:?}: {long:e}, {short:e}");
+    }
+    Ok(())
+}
+
 #[test]
 fn prop_a_model_takes_its_own_state_to_the_bit() -> Tested {
     for kind in ALL {
@@ -271,7 +307,7 @@ fn regress_other_mechanisms_are_refused() -> Tested {
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut transfer = Transfer::new(&slider.chain, &*slider.mechanism, &slider.chain, &masses)?;
     let present = Present { input: &slider.input, q: &slider.q, v: &slider.v };
-    let refused = transfer.apply((&mut *slider.mechanism, &present), (&mut masses, 0.0), &mut q, &mut v);
+    let refused = transfer.apply((&mut *slider.mechanism, &present), (&mut masses, STEP_S), &mut q, &mut v);
     assert_eq!(refused, Err(CannotTransfer::NotAChain));
     let lost = vec![f64::NAN; slider.q.len()];
     slider.q = lost;
@@ -288,7 +324,7 @@ fn prop_a_prepared_transfer_does_not_allocate() -> Tested {
         let mut transfer = Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?;
         let present = Present { input: &old.input, q: &old.q, v: &old.v };
         let allocated = allocation_counter::measure(|| {
-            let done = transfer.apply((&mut *old.mechanism, &present), (&mut *new.mechanism, 0.0), &mut new.q, &mut new.v);
+            let done = transfer.apply((&mut *old.mechanism, &present), (&mut *new.mechanism, STEP_S), &mut new.q, &mut new.v);
             assert_eq!(done, Ok(()));
         });
         assert_eq!(allocated.count_total, 0, "{from:?} -> {to:?}");
