@@ -372,28 +372,27 @@ fn regress_a_paused_service_is_watched_with_its_values_and_a_reset_is_no_alarm()
     Ok(())
 }
 
-#[test]
-fn regress_a_replay_that_is_paused_says_so() -> Tried {
+/// Asks a replay that is paused from its start.
+fn ask_a_paused_replay(name: &str, arguments: &[&str]) -> Tried<Output> {
     let endpoint = free_endpoint()?;
-    let replay = ["replay", "recordings/sample-three-pulses.mcap", "--name", "still", "--start-paused", "--listen", &endpoint];
+    let replay = ["replay", "recordings/sample-three-pulses.mcap", "--name", name, "--start-paused", "--listen", &endpoint];
     let mut replay = flexcrank(&replay).spawn()?;
-    let listed = flexcrank(&["list", "--connect", &endpoint, "--wait=20s", "--json"]).output()?;
-    let listed = json(&listed)?;
+    let asked = flexcrank(&[arguments, &["--connect", &endpoint, "--wait=20s"]].concat()).output();
     replay.kill()?;
     replay.wait()?;
+    Ok(asked?)
+}
+
+#[test]
+fn regress_a_replay_that_is_paused_says_so() -> Tried {
+    let listed = json(&ask_a_paused_replay("still", &["list", "--json"])?)?;
     assert!(listed.len() == 1 && listed[0]["kind"] == "replay" && listed[0]["state"] == "paused", "{listed:?}");
     Ok(())
 }
 
 #[test]
 fn regress_a_replay_that_is_asked_for_modes_leads_to_its_recording() -> Tried {
-    let endpoint = free_endpoint()?;
-    let replay = ["replay", "recordings/sample-three-pulses.mcap", "--name", "mute", "--start-paused", "--listen", &endpoint];
-    let mut replay = flexcrank(&replay).spawn()?;
-    let asked = flexcrank(&["modes", "--live", "mute", "--connect", &endpoint, "--wait=20s"]).output();
-    replay.kill()?;
-    replay.wait()?;
-    let asked = asked?;
+    let asked = ask_a_paused_replay("mute", &["modes", "--live", "mute"])?;
     let said = String::from_utf8(asked.stderr)?;
     let way = "error: `mute` is a replay, and computes no modes: `flexcrank modes FILE@TIME` finds ";
     assert!(asked.status.code() == Some(1) && said.starts_with(way), "{said}");
