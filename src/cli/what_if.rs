@@ -102,12 +102,14 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     suspects.for_each(|warning| say!("warning: {warning}"));
     let pulses = add_pulse.into_iter().map(GivenPulse::added).collect();
     let change = Change { pulses, overrides, command_line: command_line() };
+    // Before the change is refused for it.
+    let brought_in = change.scene(&source).map_or(Vec::new(), |changed| newly_suspect(&source.scene.scene, &changed.scene));
+    brought_in.iter().for_each(|warning| say!("warning: {warning}"));
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
     let bar = over_file(&file, 1);
     let outcome = compute(&source, &change, &record.unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
     let outcome = outcome?;
-    newly_suspect(&source.scene.scene, &outcome.scene.scene).iter().for_each(|warning| say!("warning: {warning}"));
     cut_short(&change.pulses, &outcome).iter().for_each(|warning| say!("warning: {warning}"));
     report(&source.path, &source.scene.scene, &outcome)
 }

@@ -4,12 +4,13 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use mcap::records::op;
+use mcap::records::{Record, op};
 use mcap::sans_io::LinearReaderOptions;
 use mcap::{McapError, McapResult};
 
 use super::RecordingError;
 use super::definitions::Channels;
+use super::end::END;
 use super::format::RecordedMessage;
 use super::open::open;
 use super::records::{Chunk, RawRecord, Records};
@@ -23,6 +24,8 @@ pub struct Messages {
     /// Whether the file ends inside that chunk.
     cut: bool,
     channels: Channels,
+    /// Whether the recording states its end behind the last chunk: no message follows.
+    has_end: bool,
     over: bool,
 }
 
@@ -34,7 +37,8 @@ impl Messages {
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let file = BufReader::new(open(path)?);
         let records = Records::of(file, LinearReaderOptions::default().with_skip_end_magic(true));
-        Ok(Messages { path: path.to_owned(), records, chunk: None, cut: false, channels: Channels::default(), over: false })
+        let channels = Channels::default();
+        Ok(Messages { path: path.to_owned(), records, chunk: None, cut: false, channels, has_end: false, over: false })
     }
 
     /// Reads the next message; `None` at the end of the data.
@@ -48,13 +52,14 @@ impl Messages {
                 }
             }
             match self.read_outside() {
-                Err(McapError::UnexpectedEof) => {
-                    self.chunk = Some(self.records.cut_chunk()?);
-                    self.cut = true;
-                }
+                Err(McapError::UnexpectedEof) => match self.records.cut_chunk() {
+                    Ok(chunk) => (self.chunk, self.cut) = (Some(chunk), true),
+                    Err(McapError::UnexpectedEof) if self.has_end => return Ok(None),
+                    Err(error) => return Err(error),
+                },
                 Ok(Some(None)) if self.chunk.is_some() => {}
                 // The file ends between two records, before the end of the data.
-                Ok(None) => return Err(McapError::UnexpectedEof),
+                Ok(None) if !self.has_end => return Err(McapError::UnexpectedEof),
                 found => return found.map(Option::flatten),
             }
         }
@@ -65,8 +70,13 @@ impl Messages {
         self.records.find(|record| match record.opcode {
             op::DATA_END => Ok(Some(None)),
             op::CHUNK => {
+                self.has_end = false;
                 self.chunk = Some(Chunk::open(record.data.to_vec(), false)?);
                 Ok(Some(None))
+            }
+            op::METADATA => {
+                self.has_end |= matches!(record.parse(), Ok(Record::Metadata(metadata)) if metadata.name == END);
+                Ok(None)
             }
             _ => Ok(message(&record, &mut self.channels)?.map(Some)),
         })

@@ -4,6 +4,7 @@ use super::ResimulationError;
 use super::event::schema;
 use super::recorded_session::RecordedSession;
 use crate::recording::{WalkFlow, WalkItem, walk};
+use crate::scene::SceneSource;
 use crate::wire::Topic;
 
 /// A pulse added to a recorded session.
@@ -29,6 +30,14 @@ pub struct Change {
 }
 
 impl Change {
+    /// The scene of the re-simulation.
+    ///
+    /// # Errors
+    /// [`ResimulationError::Change`] if the overrides are refused.
+    pub fn scene(&self, source: &RecordedSession) -> Result<SceneSource, ResimulationError> {
+        SceneSource::parse(&source.scene.origin, &source.scene.text, &self.overrides).map_err(ResimulationError::Change)
+    }
+
     /// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there. `first` is
     /// the first added pulse.
     pub(super) fn beginning(&self, source: &RecordedSession, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {

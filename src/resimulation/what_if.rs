@@ -94,8 +94,7 @@ fn compute(
     path: &Path,
     progress: &dyn Fn(u64),
 ) -> Result<WhatIfOutcome, ResimulationError> {
-    let text = &source.scene.text;
-    let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
+    let scene = change.scene(source)?;
     let same_steps = steps_s(&scene) == steps_s(&source.scene);
     let publish_hz = if same_steps { source.metadata.fact("publish_hz") } else { ORIGINAL_TIMES };
     let of = format!("{} {}", source.path.display(), change.command_line);

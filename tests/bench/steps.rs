@@ -1,8 +1,8 @@
 //! Cost of steps, observations and messages, by model and size: `cargo bench`.
 //!
 //! Times are for a batch; rates are steps, observations or messages per second. With finite elements the rate counts elements: it
-//! stays the same from a few elements to a thousand if the cost is linear in them. A short run: `cargo bench -- --max-time 0.05`;
-//! one bench: `cargo bench -- finite_element`.
+//! stays the same from a few elements to a thousand if the cost is linear in them. A short run: `cargo bench --bench steps -- --max-time 0.05`;
+//! one bench: `cargo bench --bench steps -- finite_element`.
 #![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 
 use std::time::SystemTime;

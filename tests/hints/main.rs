@@ -2,6 +2,7 @@
 
 mod absent;
 mod ends;
+mod refused;
 
 use std::error::Error;
 use std::process::Command;

@@ -8,9 +8,16 @@ use flexcrank::recording::{is_cut_off, recover, walk};
 
 use crate::common::Outcome;
 
-/// A recording of twelve messages in three chunks, with all checksums.
+/// Name of the record that states the end.
+const END: &str = "flexcrank-end";
+
+/// A recording of twelve messages in three chunks, with all checksums, and its end.
 fn small(compression: Option<mcap::Compression>) -> Outcome<Vec<u8>> {
-    let options = mcap::WriteOptions::new().compression(compression).chunk_size(None).library("flexcrank test");
+    written(mcap::WriteOptions::new().compression(compression))
+}
+
+fn written(options: mcap::WriteOptions) -> Outcome<Vec<u8>> {
+    let options = options.chunk_size(None).library("flexcrank test");
     let mut writer = options.create(std::io::Cursor::new(Vec::new()))?;
     let metadata = BTreeMap::from([("name".to_owned(), "crank".to_owned())]);
     writer.write_metadata(&mcap::records::Metadata { name: "flexcrank".to_owned(), metadata })?;
@@ -24,6 +31,7 @@ fn small(compression: Option<mcap::Compression>) -> Outcome<Vec<u8>> {
             writer.flush()?;
         }
     }
+    writer.write_metadata(&mcap::records::Metadata { name: END.to_owned(), metadata: BTreeMap::new() })?;
     writer.finish()?;
     Ok(writer.into_inner().into_inner())
 }
@@ -97,6 +105,37 @@ fn prop_after_a_cut_at_any_byte_all_readers_read_the_messages_before_it() -> Out
             before = read.messages.len();
         }
         assert_eq!(before, 12);
+    }
+    Ok(())
+}
+
+/// The record before the one in which the file ended was taken for damage.
+#[test]
+fn regress_a_file_that_is_cut_off_behind_its_stated_end_lost_nothing() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let [file, recovered] = ["broken.mcap", "whole.mcap"].map(|name| folder.path().join(name));
+    for whole in plain_and_compressed()? {
+        let end = whole.windows(END.len()).position(|bytes| bytes == END.as_bytes()).ok_or("no end")? + END.len() + 4;
+        for cut in end - END.len()..whole.len() {
+            std::fs::write(&file, &whole[..cut])?;
+            let lost = recover(&file, &recovered, |_, _| {})?.loss;
+            std::fs::remove_file(&recovered)?;
+            let is_early = Messages::open(&file)?.any(|message| message.is_err());
+            assert_eq!((lost.cut_off, is_early), (cut < end, cut < end), "{cut} of {}, stated at {end}", whole.len());
+            assert_eq!(lost.places, 0, "{cut}");
+        }
+    }
+    Ok(())
+}
+
+/// As other programs may write them: each message is a record of its own.
+#[test]
+fn regress_the_last_whole_message_of_a_file_without_chunks_is_recovered() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let whole = written(mcap::WriteOptions::new().use_chunks(false))?;
+    for cut in 0..whole.len() {
+        let read = read(&whole[..cut], folder.path())?;
+        assert!(read.recovered == read.messages, "cut at {cut}: {} of {}", read.recovered.len(), read.messages.len());
     }
     Ok(())
 }

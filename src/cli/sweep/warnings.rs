@@ -57,8 +57,8 @@ fn warn_of_single_elements(base: &SceneSource, spec: &Spec) {
         let bends = !link.rigid && base.scene.solver.model != ModelKind::Rigid;
         if bends && link.elements == 1 && spec.axes.iter().all(|axis| axis.key != key) {
             say!(
-                "warning: {key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and its axial and \
-                 shear forces are means over its length: set = [\"{key}=8\"] in the campaign shows them between the pins"
+                "warning: {key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and one axial \
+                 and one shear force stand for its whole length: set = [\"{key}=8\"] in the campaign shows them between the pins"
             );
         }
     }

@@ -99,20 +99,25 @@ impl Scanner {
     /// Opcode and content of a possible record.
     fn record_at(&mut self, at: u64) -> std::io::Result<Option<(u8, Range<u64>)>> {
         let Some((opcode, length)) = record_head(&self.peek(at, RECORD_HEAD)?) else { return Ok(None) };
-        let possible = match opcode {
-            op::DATA_END => length == 4,
-            op::FOOTER => length == 20,
-            op::HEADER..op::DATA_END | 0x80.. => length <= RECORD_LIMIT,
-            _ => false,
-        };
         let start = at + RECORD_HEAD as u64;
-        Ok((possible && length <= self.length - start).then(|| (opcode, start..start + length)))
+        Ok((is_possible(opcode, length) && length <= self.length - start).then(|| (opcode, start..start + length)))
+    }
+
+    /// Whether a record may begin here in which the file ends. A closed file ends in no record.
+    fn is_cut_record(&mut self, at: u64) -> std::io::Result<bool> {
+        let head = self.peek(at, RECORD_HEAD)?;
+        let is_cut = match (record_head(&head), &head[..]) {
+            (Some((opcode, length)), _) => is_possible(opcode, length) && length > self.length - at - RECORD_HEAD as u64,
+            (None, [opcode, ..]) => [0, 4, 20].iter().any(|length| is_possible(*opcode, *length)),
+            (None, []) => false,
+        };
+        Ok(is_cut && !self.closed)
     }
 
     /// Whether a record could begin here, or the file ends here.
     fn is_boundary(&mut self, at: u64) -> std::io::Result<bool> {
         let ends = at == self.length || self.peek(at, MAGIC.len())? == MAGIC;
-        Ok(ends || self.record_at(at)?.is_some() || self.chunk_at(at)? == Some(Extent::Cut))
+        Ok(ends || self.record_at(at)?.is_some() || self.is_cut_record(at)?)
     }
 
     /// The extent of the chunk that begins here, if its lengths are consistent.
@@ -157,5 +162,15 @@ impl Scanner {
         let mut bytes = vec![0; size.min(self.length.saturating_sub(at) as usize)];
         self.file.read_exact(&mut bytes)?;
         Ok(bytes)
+    }
+}
+
+/// Whether a record of this kind may have that length.
+fn is_possible(opcode: u8, length: u64) -> bool {
+    match opcode {
+        op::DATA_END => length == 4,
+        op::FOOTER => length == 20,
+        op::HEADER..op::DATA_END | 0x80.. => length <= RECORD_LIMIT,
+        _ => false,
     }
 }
