@@ -219,7 +219,7 @@ fn regress_corrections_that_are_too_few_are_counted_and_end_in_divergence() {
     assert!(by_hand.unconverged() > 0 && by_hand.left_over() > 1e-9);
 }
 
-/// How strong a pulse may be, as the guide states it. It named the strengths of a raised cosine for pulses of any shape.
+/// The strengths that the guide states: it named those of a raised cosine for pulses of any shape.
 #[test]
 fn val_the_default_scene_takes_the_pulses_that_the_guide_names() {
     let ended = |torque_nm, shape| {
