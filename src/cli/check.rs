@@ -42,7 +42,7 @@ Examples:
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
-The scene is run over 2 s, a second after its last pulse, two turns of its drive behind its ramp, or to the last row of drive.table, for \
+The scene is run over 2 s, a second after its last pulse, two turns of its drive after its ramp, or to the last row of drive.table, for \
     at most 2 s of computing. Two turns that take more than 10 s are followed beyond that as far as 1 s of computing goes; \
     where that is not to their end, a line `looked at` says how far. The run shows the cost of a step on this machine and \
     the balance of energies. The step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
@@ -367,10 +367,7 @@ fn not_vibrating(unknowns: usize, vibrations: usize, falling: usize) -> String {
 impl fmt::Display for PartOfTurns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [until, two_turns] = [self.until_s, self.two_turns_s].map(figure);
-        write!(
-            f,
-            "{until} s of the {two_turns} s until two turns at the speed of the drive are done: --until {two_turns} looks further, "
-        )?;
+        write!(f, "{until} s; two turns are done at {two_turns} s: --until {two_turns} looks further, ")?;
         write!(f, "for at most 30 s of computing")
     }
 }

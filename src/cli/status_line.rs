@@ -261,7 +261,7 @@ mod tests {
         let mut is_told = |count, epoch| resumed.line(&expired(count, epoch), "").is_some();
         assert_eq!([2, 2, 3, 3].map(|count| is_told(count, 1)), [false, false, true, false]);
         // The count begins again with a reset.
-        assert_eq!([1, 1].map(|count| is_told(count, 2)), [true, false]);
+        assert_eq!([2, 2].map(|count| is_told(count, 2)), [true, false]);
     }
 
     #[test]

@@ -119,8 +119,8 @@ pub(super) struct Args {
     /// Modes for modal, of the slowest link; the other links get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
-    /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion but at most 10 s of
-    /// them, which begin behind its ramp, or to the last row of drive.table; more, as a ringing after that, needs --until. It is rounded up to a whole number
+    /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion after its ramp, but at
+    /// most 10 s of them, or to the last row of drive.table; more, as a ringing after that, needs --until. It is rounded up to a whole number
     /// of instants at which runs are compared.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,

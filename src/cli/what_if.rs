@@ -102,7 +102,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     suspects.for_each(|warning| say!("warning: {warning}"));
     let pulses = add_pulse.into_iter().map(GivenPulse::added).collect();
     let change = Change { pulses, overrides, command_line: command_line() };
-    // Before the change is refused for it.
+    // A refusal may come of such a number: the warning goes first.
     let brought_in = change.scene(&source).map_or(Vec::new(), |changed| newly_suspect(&source.scene.scene, &changed.scene));
     brought_in.iter().for_each(|warning| say!("warning: {warning}"));
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());

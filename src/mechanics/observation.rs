@@ -109,8 +109,8 @@ pub struct NodeObservation {
 /// Internal forces of one element, at its ends.
 ///
 /// Axial force positive in tension. Shear `V` and moment `M` by the beam convention `M = E J κ` (κ = dθ/ds) and `V = −dM/ds`;
-/// axial and shear stand for the whole element, in the directions of its own chord: with modes, the means of those at its two ends; with
-/// finite elements, the force of its mean strain, and the slope of its moment.
+/// axial and shear stand for the whole element, in the directions of its own chord: with modes and of rigid links, the
+/// means of those at its two ends; with finite elements, the force of its mean strain, and the slope of its moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ElementForces {
     /// Axial force, N.

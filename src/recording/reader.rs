@@ -74,6 +74,10 @@ impl Messages {
                 self.chunk = Some(Chunk::open(record.data.to_vec(), false)?);
                 Ok(Some(None))
             }
+            op::MESSAGE => {
+                self.has_end = false;
+                Ok(message(&record, &mut self.channels)?.map(Some))
+            }
             op::METADATA => {
                 self.has_end |= matches!(record.parse(), Ok(Record::Metadata(metadata)) if metadata.name == END);
                 Ok(None)

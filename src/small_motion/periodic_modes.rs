@@ -195,8 +195,11 @@ impl Subject {
             modes.push(PeriodicMode { mode, multiplier, by_scheme });
         }
         modes.sort_by(|one: &PeriodicMode, other| one.mode.eigenvalue.im.total_cmp(&other.mode.eigenvalue.im));
-        let named = numbered(modes.iter().map(|periodic| periodic.mode.clone()).collect());
-        modes.iter_mut().zip(named).for_each(|(periodic, mode)| periodic.mode = mode);
+        // The frequencies of others are wrong by whole turns, and stand anywhere among these.
+        let mut places: Vec<usize> = (0..modes.len()).collect();
+        places.sort_by_key(|place| !modes[*place].is_resolved());
+        let named = numbered(places.iter().map(|place| modes[*place].mode.clone()).collect());
+        places.into_iter().zip(named).for_each(|(place, mode)| modes[place].mode = mode);
         // The two real multipliers of one mode, where it has come into step with the crank.
         for place in 1..modes.len() {
             let [one, two] = [&modes[place - 1].mode, &modes[place].mode];

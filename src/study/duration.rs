@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::scene::{Drive, Motion, Scene};
 
-/// Default duration of a scene: two seconds, a second after its last pulse, two turns of a prescribed motion but at most 10 s of
-/// them, which begin behind its ramp, or to the last row of its table.
+/// Default duration of a scene: two seconds, a second after its last pulse, two turns of a prescribed motion after its ramp, but at
+/// most 10 s of them, or to the last row of its table.
 pub fn usual_until_s(scene: &Scene) -> f64 {
     match &scene.drive {
         Drive::Torque { pulses, .. } => pulses.iter().map(|pulse| pulse.start_s + pulse.duration_s + 1.0).fold(2.0, f64::max),

@@ -68,6 +68,8 @@ fn regress_a_link_that_becomes_rigid_leaves_no_blow_that_steps_do_not_resolve() 
         (&["solver.step_s=5e-4"], &[0.1, 0.806]),
         (&["solver.step_s=1e-4"], &[0.1, 0.806]),
         (&["solver.step_s=2e-3", "solver.model=finite-element"], &[0.4, 0.806]),
+        (&["solver.step_s=2e-3", "solver.model=finite-element", "crank.elements=250", "rod.elements=250"], &[0.05, 0.1]),
+        (&["solver.step_s=5e-4", "solver.model=finite-element", "crank.elements=60", "rod.elements=60"], &[0.05, 0.1]),
     ] {
         for link in ["rod", "crank"] {
             for &instant_s in instants_s {

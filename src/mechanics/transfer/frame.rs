@@ -30,6 +30,15 @@ impl Frame {
     }
 }
 
+/// Rate at which the line from one pin to the other turns, rad/s.
+pub(super) fn chord_rate([first, last]: &[PlacePoint; 2]) -> f64 {
+    let [along, change] = [
+        [0, 1].map(|axis| last.position_m[axis] - first.position_m[axis]),
+        [0, 1].map(|axis| last.velocity_m_per_s[axis] - first.velocity_m_per_s[axis]),
+    ];
+    (along[0] * change[1] - along[1] * change[0]) / (along[0].powi(2) + along[1].powi(2))
+}
+
 /// Mean strain ε of the axis, from the length c of the chord. A tangent `(1 + ε) (cos φ, sin φ)` has `y' = (1 + ε) sin φ`, so that
 /// `c/L − ∫ √(1 − y'²) dξ = ∫ (1 + ε) cos φ − √(1 − (1 + ε)² sin² φ) dξ = ∫ ε/cos φ dξ + O(ε²)`.
 ///

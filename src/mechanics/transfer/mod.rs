@@ -27,13 +27,14 @@
 //! **Shocks.** A link that becomes rigid stops its vibration at once. The projection hands that blow on to the other link: of the
 //! built-in crank-slider, whose rod becomes rigid in the middle of its vibration, some 0.7 J of 14 J go into vibrations of the crank
 //! that die away within 0.3 ms. Steps of 2 ms do not resolve these. As in [`Transfer::accelerations`], what steps do not resolve is
-//! brought to rest: of the blow d, the change of the velocities of a link that keeps its coordinates, the model gets
+//! brought to rest. Were there no blow, the other link would keep its velocities, and the rigid one turn as its chord did: q̇_o. To
+//! these, the blow d that the projection gives adds
 //!
 //! ```text
-//! (M + ½h C + ¼h² K)⁻¹ M d
+//! q̇ = q̇_o + (M + ½h C + ¼h² K)⁻¹ M d      d = q̇_projected − q̇_o
 //! ```
 //!
-//! which is d itself as the step h goes to 0. The energy that is lost counts as that of the change.
+//! which is all of d as the step h goes to 0. The energy that is lost counts as that of the change.
 //!
 //! **Limits.** The mean axial strain of a link is kept, not its distribution. A model without axial strain has none to hand over:
 //! finite elements then begin with slack links, and the axial force rings about its mean for some ten steps. Into rigid links all
@@ -47,7 +48,7 @@ mod tests;
 use super::chain_line::{LinkShape, PlacePoint};
 use super::mechanism::{ChainModel, Coordinate, Input, Mechanism, Weights};
 use crate::scene::{Chain, End};
-use frame::{Frame, stretch};
+use frame::{Frame, chord_rate, stretch};
 use stations::Stations;
 
 /// Most rounds of the projection of velocities. Two or three do: each leaves 1e-5 of the one before, or less.
@@ -96,8 +97,8 @@ pub struct Present<'a> {
 #[derive(Debug, Clone)]
 pub struct Transfer {
     same: bool,
-    /// Of each coordinate of a link that keeps its coordinates, its place in the old model.
-    shared: Vec<Option<usize>>,
+    /// The velocity of each new coordinate without a blow; empty where no link becomes rigid beside one that keeps its coordinates.
+    without_blow: Vec<WithoutBlow>,
     /// Whether both chains have the same masses: a chain whose masses change keeps its velocities, and its momentum changes with them.
     keeps_momentum: bool,
     stations: Stations,
@@ -111,6 +112,15 @@ pub struct Transfer {
     angles: Vec<f64>,
     old: Room,
     new: Room,
+}
+
+/// The velocity of a coordinate of the new model, were there no blow.
+#[derive(Debug, Clone, Copy)]
+enum WithoutBlow {
+    /// That at this place of the old velocities.
+    AsBefore(usize),
+    /// The rate at which the chord of this link turned: its only coordinate is its angle.
+    AsChord(usize),
 }
 
 /// Vectors of as many numbers as a model has coordinates.
@@ -141,7 +151,7 @@ impl Transfer {
         let [old, new] = [from.coordinates(), to.coordinates()];
         Ok(Self {
             same: old.iter().map(|c| &c.name).eq(new.iter().map(|c| &c.name)),
-            shared: shared(&old, &new),
+            without_blow: without_blow(to_chain, &old, &new).unwrap_or_default(),
             keeps_momentum: same_masses(from_chain, to_chain),
             points: vec![PlacePoint::default(); stations.places.len()],
             own: vec![PlacePoint::default(); stations.masses_kg.len()],
@@ -264,8 +274,7 @@ impl Transfer {
         Ok(())
     }
 
-    /// Takes out of the velocities what the projection added to links that keep their coordinates, in vibrations that steps of `h_s` do
-    /// not resolve.
+    /// Takes out of the velocities the part of the blow of a link that becomes rigid that steps of `h_s` do not resolve.
     fn soften(
         &mut self,
         to: &mut dyn ChainModel,
@@ -274,12 +283,15 @@ impl Transfer {
         q: &[f64],
         v: &mut [f64],
     ) -> Result<(), CannotTransfer> {
-        if self.shared.iter().all(Option::is_none) {
+        if self.without_blow.is_empty() {
             return Ok(());
         }
         let Room { turns: [blow, still_a], momentum } = &mut self.new;
-        for ((blow, v), shared) in blow.iter_mut().zip(&*v).zip(&self.shared) {
-            *blow = shared.map_or(0.0, |place| v - old.v[place]);
+        for ((blow, v), without_blow) in blow.iter_mut().zip(&*v).zip(&self.without_blow) {
+            *blow = v - match *without_blow {
+                WithoutBlow::AsBefore(place) => old.v[place],
+                WithoutBlow::AsChord(link) => chord_rate(&self.stations.of_link(link, &self.points).2),
+            };
         }
         let still = Input { motion: old.input.motion.map(|[angle, ..]| [angle, 0.0, 0.0]), ..*old.input };
         to.momentum(&still, q, blow, momentum);
@@ -326,17 +338,23 @@ impl Transfer {
     }
 }
 
-/// The places, in the old model, of the coordinates of each link that has the same ones in both models. Nodes of another mesh, and modes
-/// beside another number of them, may have the same names, and mean something else.
-fn shared(old: &[Coordinate], new: &[Coordinate]) -> Vec<Option<usize>> {
-    fn link(coordinate: &Coordinate) -> Option<&str> {
-        coordinate.name.split('_').next()
+/// The velocities of the new coordinates without a blow, if links become rigid, and each other one keeps its coordinates. Nodes of
+/// another mesh, and modes beside another number of them, may have the same names, and mean something else.
+fn without_blow(chain: &Chain, old: &[Coordinate], new: &[Coordinate]) -> Option<Vec<WithoutBlow>> {
+    let (mut all, mut is_kept) = (Vec::new(), false);
+    for (i, link) in chain.links.iter().enumerate() {
+        let is_of_link = |(_, coordinate): &(usize, &Coordinate)| coordinate.name.split('_').next() == Some(link.name.as_str());
+        let [olds, news] = [old, new].map(|all| all.iter().enumerate().filter(is_of_link).collect::<Vec<_>>());
+        let is_same = olds.iter().map(|(_, one)| &one.name).eq(news.iter().map(|(_, one)| &one.name));
+        is_kept |= is_same && !news.is_empty();
+        match is_same {
+            true => all.extend(news.iter().zip(&olds).map(|((at, _), (place, _))| (*at, WithoutBlow::AsBefore(*place)))),
+            false if link.rigid => all.extend(news.iter().map(|(at, _)| (*at, WithoutBlow::AsChord(i)))),
+            false => return None,
+        }
     }
-    let of_link = |all: &[Coordinate], of: &Coordinate| -> Vec<String> {
-        all.iter().filter(|one| link(one) == link(of)).map(|one| one.name.clone()).collect()
-    };
-    let place = |of: &Coordinate| old.iter().position(|one| one.name == of.name).filter(|_| of_link(old, of) == of_link(new, of));
-    new.iter().map(place).collect()
+    all.sort_by_key(|(at, _)| *at);
+    (is_kept && all.len() == new.len()).then(|| all.into_iter().map(|(_, without_blow)| without_blow).collect())
 }
 
 /// Whether the chains are the same line: as many links, as long, with the same kind of end.

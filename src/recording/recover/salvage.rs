@@ -168,7 +168,10 @@ impl Salvage {
         let Ok(record) = parse(opcode, body) else { return Ok(false) };
         match record {
             Record::Header(header) => self.ours = header.library.starts_with("flexcrank"),
-            Record::Message { header, data } => self.take_message(header, &data)?,
+            Record::Message { header, data } => {
+                self.has_end = false;
+                self.take_message(header, &data)?;
+            }
             Record::Metadata(metadata) => {
                 self.has_end |= metadata.name == END;
                 self.has_metadata |= metadata.name == session_info::METADATA;

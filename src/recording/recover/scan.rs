@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use mcap::MAGIC;
 use mcap::records::op;
@@ -15,6 +15,9 @@ const BLOCK: usize = 64 * 1024;
 const FIRST_BLOCK: usize = 256;
 /// Bytes that identify a chunk: its header up to the content, with the longest name of a compression.
 const CHUNK_MARK: usize = RECORD_HEAD + 8 + 8 + 8 + 4 + 4 + 4 + 8;
+
+/// The kinds of records that a file may end in, before its index.
+const KNOWN: RangeInclusive<u8> = op::HEADER..=op::DATA_END;
 
 /// The next piece of a file.
 pub(super) enum Piece {
@@ -77,7 +80,8 @@ impl Scanner {
             return Ok(None);
         }
         let chunk = self.chunk_at(self.at)?;
-        if let Some((opcode, content)) = self.record_at(self.at)?
+        let record = self.record_at(self.at)?;
+        if let Some((opcode, content)) = record.clone()
             && (chunk == Some(Extent::Whole) || self.is_boundary(content.end)?)
         {
             return Ok(Some(Piece::Record { opcode, body: self.read(content)? }));
@@ -85,6 +89,11 @@ impl Scanner {
         let next = self.find_chunk(self.at + 1)?;
         if next.is_none() && chunk == Some(Extent::Cut) {
             return Ok(Some(Piece::CutChunk(self.read(self.at + RECORD_HEAD as u64..self.length)?)));
+        }
+        if let (None, Some((opcode, content))) = (next, record)
+            && self.is_cut_record(content.end)?
+        {
+            return Ok(Some(Piece::Record { opcode, body: self.read(content)? }));
         }
         self.at = next.unwrap_or(self.length);
         Ok(Some(Piece::Damage))
@@ -99,25 +108,34 @@ impl Scanner {
     /// Opcode and content of a possible record.
     fn record_at(&mut self, at: u64) -> std::io::Result<Option<(u8, Range<u64>)>> {
         let Some((opcode, length)) = record_head(&self.peek(at, RECORD_HEAD)?) else { return Ok(None) };
+        let possible = match opcode {
+            op::DATA_END => length == 4,
+            op::FOOTER => length == 20,
+            op::HEADER..op::DATA_END | 0x80.. => length <= RECORD_LIMIT,
+            _ => false,
+        };
         let start = at + RECORD_HEAD as u64;
-        Ok((is_possible(opcode, length) && length <= self.length - start).then(|| (opcode, start..start + length)))
+        Ok((possible && length <= self.length - start).then(|| (opcode, start..start + length)))
     }
 
-    /// Whether a record may begin here in which the file ends. A closed file ends in no record.
+    /// Whether the file may end inside a record that begins here. A closed file ends inside none.
     fn is_cut_record(&mut self, at: u64) -> std::io::Result<bool> {
+        if self.closed {
+            return Ok(false);
+        }
         let head = self.peek(at, RECORD_HEAD)?;
-        let is_cut = match (record_head(&head), &head[..]) {
-            (Some((opcode, length)), _) => is_possible(opcode, length) && length > self.length - at - RECORD_HEAD as u64,
-            (None, [opcode, ..]) => [0, 4, 20].iter().any(|length| is_possible(*opcode, *length)),
-            (None, []) => false,
-        };
-        Ok(is_cut && !self.closed)
+        Ok(match (record_head(&head), head.first()) {
+            (Some((opcode, length)), _) => {
+                KNOWN.contains(&opcode) && length <= RECORD_LIMIT && length > self.length - at - RECORD_HEAD as u64
+            }
+            (None, opcode) => opcode.is_some_and(|opcode| KNOWN.contains(opcode)),
+        })
     }
 
     /// Whether a record could begin here, or the file ends here.
     fn is_boundary(&mut self, at: u64) -> std::io::Result<bool> {
         let ends = at == self.length || self.peek(at, MAGIC.len())? == MAGIC;
-        Ok(ends || self.record_at(at)?.is_some() || self.is_cut_record(at)?)
+        Ok(ends || self.record_at(at)?.is_some() || self.chunk_at(at)? == Some(Extent::Cut))
     }
 
     /// The extent of the chunk that begins here, if its lengths are consistent.
@@ -162,15 +180,5 @@ impl Scanner {
         let mut bytes = vec![0; size.min(self.length.saturating_sub(at) as usize)];
         self.file.read_exact(&mut bytes)?;
         Ok(bytes)
-    }
-}
-
-/// Whether a record of this kind may have that length.
-fn is_possible(opcode: u8, length: u64) -> bool {
-    match opcode {
-        op::DATA_END => length == 4,
-        op::FOOTER => length == 20,
-        op::HEADER..op::DATA_END | 0x80.. => length <= RECORD_LIMIT,
-        _ => false,
     }
 }
