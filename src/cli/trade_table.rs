@@ -88,11 +88,21 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     }
     if study.left_out > 0 {
         let [skipped, allowed] = match study.measured().next() {
-            Some(_) => ["finer configuration", "no more"],
+            Some(_) if study.not_begun.is_empty() => ["finer configuration", "no more"],
+            Some(_) => ["configuration", "no more"],
             None => ["configuration", "none"],
         };
         let were = if study.left_out == 1 { "was" } else { "were" };
         writeln!(out, "{} {were} skipped: --budget allows {allowed}", counted(study.left_out as u64, skipped))?;
+    }
+    if let [first, others @ ..] = &study.not_begun[..]
+        && study.measured().next().is_some()
+    {
+        let of = match others.len() {
+            0 => format!("the family {first}"),
+            more => format!("{} families, the first {first}", 1 + more),
+        };
+        say!("warning: nothing was measured of {of}: a cheaper setting may be there, and a larger --budget has time for it");
     }
     if study.cut_short {
         say!("warning: the time budget ran out: another run may compute more or fewer configurations");

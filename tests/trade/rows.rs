@@ -1,6 +1,10 @@
 //! Rows of ever shorter steps.
 
+use std::ops::ControlFlow;
+use std::time::Instant;
+
 use flexcrank::simulation::EnergyVerdict;
+use flexcrank::study::trade::Progress;
 
 use super::*;
 
@@ -110,4 +114,29 @@ fn regress_a_choice_keeps_its_energy_balance() {
         "{}: {verdict:?}",
         chosen.row.configuration
     );
+}
+
+/// All that the budget left out was called finer.
+#[test]
+fn regress_families_that_were_not_begun_are_told_from_finer_configurations() {
+    let selection = Selection {
+        models: vec![ModelKind::Modal],
+        integrators: vec![IntegratorKind::GeneralizedAlpha],
+        modes: vec![1, 2, 3],
+        steps_s: vec![2e-3, 1e-3],
+        ..Selection::default()
+    };
+    let question = Question { until_s: Some(0.3), ..ask(selection, &[OutputGroup::Angle], 2.0) };
+    let begin = Instant::now();
+    // The first configuration takes the rest of the budget.
+    let mut take_all = |progress: Progress<'_>| {
+        while !progress.reference && begin.elapsed().as_secs_f64() <= question.budget_s {
+            std::thread::yield_now();
+        }
+        ControlFlow::Continue(())
+    };
+    let told = study(&open("ref-r2s", &[]).scene, &question, &mut take_all).unwrap();
+    let of_modes: Vec<usize> = told.not_begun.iter().map(|family| family.resolution).collect();
+    assert_eq!((told.rows.len(), told.left_out), (1, 1 + 2 * told.not_begun.len()));
+    assert!(of_modes.contains(&2) && of_modes.contains(&3) && !told.not_begun.contains(&told.rows[0].configuration.family));
 }

@@ -100,6 +100,8 @@ pub struct Study {
     pub rows: Vec<Row>,
     /// Configurations left out because of the budget.
     pub left_out: usize,
+    /// Families of which nothing was measured, because the others took the budget: a cheaper setting may be among them.
+    pub not_begun: Vec<Family>,
     /// The budget, s.
     pub budget_s: f64,
     /// Whether the clock ran out, so that another run may compute more or less.
@@ -201,6 +203,7 @@ pub fn study(
         budget_s: (1.0 - 2.0 * REFERENCE_PART) * question.budget_s,
         rows: Vec::new(),
         left_out: 0,
+        not_begun: Vec::new(),
         spent_s: 0.0,
     };
     let expired = || begin.elapsed().as_secs_f64() > question.budget_s;
@@ -215,12 +218,12 @@ pub fn study(
         };
         sweep.family(family, &expired, &mut telling);
     }
-    let (mut rows, left_out) = (sweep.rows, sweep.left_out);
+    let (mut rows, left_out, not_begun) = (sweep.rows, sweep.left_out, sweep.not_begun);
     mark(&mut rows);
     let cut_short = expired() || reference.cut_short;
     let (outputs, has_slider) = (question.outputs.clone(), matches!(chain.end, End::Slider(_)));
     let budget_s = question.budget_s;
-    Ok(Study { outputs, has_slider, grid, rows, left_out, budget_s, cut_short, interrupted, reference })
+    Ok(Study { outputs, has_slider, grid, rows, left_out, not_begun, budget_s, cut_short, interrupted, reference })
 }
 
 /// The refusal of a question that leaves no configuration, with those that the scene would have.

@@ -80,6 +80,8 @@ pub(super) struct Sweep<'a> {
     pub budget_s: f64,
     pub rows: Vec<Row>,
     pub left_out: usize,
+    /// Families that were left out whole, though the budget would do for their first run alone.
+    pub not_begun: Vec<Family>,
     /// Nominal seconds spent.
     pub spent_s: f64,
 }
@@ -102,6 +104,9 @@ impl Sweep<'_> {
             let configuration = Configuration { family: family.clone(), step_s };
             if self.is_too_dear(&configuration) || expired() {
                 self.left_out += steps_s.len() - place;
+                if self.rows.len() == first && !self.is_too_dear_alone(&configuration) {
+                    self.not_begun.push(family.clone());
+                }
                 return;
             }
             if progress(&configuration).is_break() {
@@ -168,8 +173,11 @@ impl Sweep<'_> {
     }
 
     fn is_too_dear(&self, configuration: &Configuration) -> bool {
-        let nominal_s = nominal_s(configuration, self.grid);
-        nominal_s > LARGEST_PART * self.budget_s || self.spent_s + 2.0 * nominal_s > self.budget_s
+        self.is_too_dear_alone(configuration) || self.spent_s + 2.0 * nominal_s(configuration, self.grid) > self.budget_s
+    }
+
+    fn is_too_dear_alone(&self, configuration: &Configuration) -> bool {
+        nominal_s(configuration, self.grid) > LARGEST_PART * self.budget_s
     }
 
     /// Whether some point that keeps its energy balance is surely cheaper than every finer step and at least as good as that step
