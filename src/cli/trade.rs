@@ -59,7 +59,7 @@ Columns (all with --wide, --csv and --json; without these, FE is finite-element,
     largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. corr. is there with --fixed-cost. `*` marks the front: no other \
-    configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
+    configuration is cheaper and as accurate, or more accurate and as cheap. `<` marks an error below the reference's own uncertainty, `~` one \
     less than ten times as large. In --csv and --json, reference_error is that uncertainty in the output that error is of, and \
     error_is_bound is 1 for `<`: error is then an upper bound, as far as that estimate is right. reference_ten_times_better is 1 if no output that counts has either \
     mark. In the picture, triangles stand for `<` and rings for `~`.
