@@ -15,6 +15,7 @@ use super::definitions::Channels;
 use super::format::{RECORD_HEAD, RecordedMessage, is_closed};
 use super::open::open;
 use super::records::{Chunk, RawRecord, Records};
+use super::summary::summary;
 
 /// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,6 +87,7 @@ fn begin(
     let closed = is_closed(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
     let walker = Walker {
+        path,
         visit,
         structure: Structure { bytes, ..Structure::default() },
         position: MAGIC.len() as u64,
@@ -98,7 +100,8 @@ fn begin(
     walker.through(file, closed, with_cut_chunk).map_err(RecordingError::file(path))
 }
 
-struct Walker<V> {
+struct Walker<'a, V> {
+    path: &'a Path,
     visit: V,
     structure: Structure,
     position: u64,
@@ -113,7 +116,7 @@ struct Walker<V> {
     indexed: [u64; 2],
 }
 
-impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
+impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
     fn through(mut self, file: BufReader<File>, closed: bool, with_cut_chunk: bool) -> std::io::Result<Structure> {
         let options = LinearReaderOptions::default()
             .with_validate_data_section_crc(true)
@@ -187,6 +190,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
             })
         });
         if let Err(error) = read {
+            self.learn();
             return self.damaged(format!("a chunk cannot be read: {error}"), Some(times));
         }
         self.structure.chunks += 1;
@@ -197,6 +201,18 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
         }
         self.awaited = index;
         WalkFlow::Continue(())
+    }
+
+    /// Learns from the summary what a damaged chunk may have defined first. A summary that cannot be read teaches nothing.
+    fn learn(&mut self) {
+        for record in open(self.path).ok().and_then(|mut file| summary(&mut file)).into_iter().flatten() {
+            // A definition that contradicts one that was read changes nothing.
+            let _ = match record {
+                Record::Schema { header, data } => self.channels.add_schema(header, &data),
+                Record::Channel(channel) => self.channels.add_channel(channel),
+                _ => Ok(()),
+            };
+        }
     }
 
     /// Visits the readable messages of the chunk in which the file ends, if it does.

@@ -153,6 +153,35 @@ fn end_of_definitions(bytes: &[u8]) -> Outcome<usize> {
     }
 }
 
+/// It was called damaged, too: its channel was defined in the damaged one, and again in the summary.
+#[test]
+fn regress_a_chunk_behind_the_damaged_one_that_defined_its_channel_is_read() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let mut writer = mcap::WriteOptions::new().compression(None).chunk_size(None).create(std::io::Cursor::new(Vec::new()))?;
+    let mut channel_ids = Vec::new();
+    for chunk in 0..3_u32 {
+        if chunk < 2 {
+            let schema = writer.add_schema(&format!("Kind{chunk}"), "protobuf", b"a schema")?;
+            channel_ids.push(writer.add_channel(schema, &format!("topic-{chunk}"), "protobuf", &BTreeMap::new())?);
+        }
+        for &channel_id in &channel_ids {
+            let header =
+                mcap::records::MessageHeader { channel_id, sequence: chunk, log_time: u64::from(chunk), publish_time: 7 };
+            writer.write_to_known_channel(&header, format!("of chunk {chunk}").as_bytes())?;
+        }
+        writer.flush()?;
+    }
+    writer.finish()?;
+    let mut bytes = writer.into_inner().into_inner();
+    assert_eq!(read(&bytes, folder.path())?.walked.len(), 5);
+    let damaged = bytes.windows(10).position(|window| window == b"of chunk 1").ok_or("no such message")?;
+    bytes[damaged] ^= 1;
+    let read = read(&bytes, folder.path())?;
+    assert_eq!((read.walked.len(), read.structure.damage.len()), (3, 1), "{:?}", read.structure);
+    assert_eq!(read.walked, read.recovered);
+    Ok(())
+}
+
 /// Of files that were closed, and that end before their index does: only the index has the definitions a second time.
 #[test]
 fn prop_a_changed_bit_in_any_byte_is_found_and_no_wrong_message_is_read() -> Outcome {
