@@ -92,6 +92,7 @@ fn begin(
         structure: Structure { bytes, ..Structure::default() },
         position: MAGIC.len() as u64,
         channels: Channels::default(),
+        has_learned: false,
         counts: BTreeMap::new(),
         chunks: BTreeMap::new(),
         awaited: BTreeMap::new(),
@@ -106,6 +107,8 @@ struct Walker<'a, V> {
     structure: Structure,
     position: u64,
     channels: Channels,
+    /// Whether the definitions of the summary are among them.
+    has_learned: bool,
     /// Number of messages by channel.
     counts: BTreeMap<u16, u64>,
     /// Length and header of every chunk, by position.
@@ -203,8 +206,11 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
         WalkFlow::Continue(())
     }
 
-    /// Learns from the summary what a damaged chunk may have defined first. A summary that cannot be read teaches nothing.
+    /// Learns from the summary, once, what a damaged chunk may have defined first. A summary that cannot be read teaches nothing.
     fn learn(&mut self) {
+        if std::mem::replace(&mut self.has_learned, true) {
+            return;
+        }
         for record in open(self.path).ok().and_then(|mut file| summary(&mut file)).into_iter().flatten() {
             // A definition that contradicts one that was read changes nothing.
             let _ = match record {
