@@ -4,17 +4,28 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _, Result};
 use std::path::Path;
 
+#[cfg(feature = "service")]
+use crate::nearest::did_you_mean_file;
+
 /// Reads a text of at most `limit` bytes.
 ///
 /// # Errors
-/// Fails if the file cannot be read, is larger, or is not UTF-8.
+/// Fails if the file cannot be read, is larger, or is not UTF-8. That of a file that is not there ends with one of a similar name.
 #[cfg(feature = "service")]
 pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
-    let bytes = beginning(path, limit)?;
+    let bytes = beginning(path, limit).map_err(|cause| with_similar_name(path, cause))?;
     if bytes.len() > limit {
         return Err(too_large(limit));
     }
     String::from_utf8(bytes).map_err(|_| Error::new(ErrorKind::InvalidData, "is not text in UTF-8"))
+}
+
+#[cfg(feature = "service")]
+fn with_similar_name(path: &Path, cause: Error) -> Error {
+    match cause.kind() {
+        ErrorKind::NotFound => Error::new(ErrorKind::NotFound, format!("{cause}{}", did_you_mean_file(path))),
+        _ => cause,
+    }
 }
 
 /// Reads a file, or the first `limit` bytes and one more of a larger one.

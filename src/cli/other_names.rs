@@ -10,7 +10,7 @@ pub(super) struct Meaning {
     pub tip: &'static str,
 }
 
-pub(super) const MEANINGS: [Meaning; 27] = [
+pub(super) const MEANINGS: [Meaning; 28] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: Some("--until"),
@@ -82,6 +82,12 @@ pub(super) const MEANINGS: [Meaning; 27] = [
         option: Some("--start-offset"),
         command: Some("replay"),
         tip: "the option for the time in the recording to begin at is --start-offset TIME",
+    },
+    Meaning {
+        names: &["--until", "--end", "--to"],
+        option: Some("--duration"),
+        command: Some("replay"),
+        tip: "the option for the part that is replayed is --duration TIME, from --start-offset on",
     },
     Meaning { names: &["--until", "--end"], option: Some("--to"), command: None, tip: "the option for the end is --to TIME" },
     Meaning {
@@ -191,6 +197,7 @@ mod tests {
             ("run --rpm 300", speed),
             ("replay take.mcap --speed 2", "--rate FACTOR"),
             ("replay take.mcap --begin 3", "--start-offset TIME"),
+            ("replay take.mcap --until 3", "--duration TIME"),
             ("plot take.mcap --columns angle", "--y COLUMN"),
             ("plot take.mcap --until 3", "--to TIME"),
             ("response --max 100", "--to HZ"),

@@ -38,7 +38,8 @@ The changed session is computed, and recorded, from the last checkpoint before t
     session's start. A recording has a checkpoint at its start and every 10 s, and more where something asked for one, as \
     `modes --live` does.
 
-Exit codes: 0 done, 3 done, but the recording is damaged or ends early, 4 the changed session diverged, 6 its energy balance was off.";
+Exit codes: 0 done, 1 failed, 2 usage, or the change is refused, 3 done, but the recording is damaged or ends early, 4 the changed \
+    session diverged, 6 its energy balance was off, 130 interrupted: nothing was written.";
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).required(true).multiple(true))]

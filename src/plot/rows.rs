@@ -25,7 +25,7 @@ pub(super) enum Rows {
 
 impl Rows {
     /// The rows of `y` over `x`: a curve for each ratio of a table from `cycle`. Otherwise one line if `x` rises or falls from row to
-    /// row, or a curve for each word of a column if it does so within the rows of each word.
+    /// row, or a curve for each word of a column if it does so within the rows of each word, or for each value of a campaign's key.
     pub fn of(table: &Table, x: &str, y: &str) -> Self {
         let ratios = ratios(table).map(runs).filter(|runs| runs.len() > 1 && x != "ratio" && y != "ratio");
         match ratios {
@@ -47,16 +47,17 @@ impl Rows {
         if is_recorded || orders.iter().any(|order| is_monotone(order.iter().copied())) {
             return Rows::Line;
         }
-        let fits = |curves: &IndexMap<&str, Vec<usize>>| {
+        let fits = |curves: &Vec<(String, Vec<usize>)>| {
             let part = |order: &[f64], rows: &[usize]| is_monotone(rows.iter().filter_map(|row| order.get(*row).copied()));
             // A name for each row tells no curves apart.
             let few = curves.len() <= MOST && 2 * curves.len() <= table.rows();
-            few && orders.iter().any(|order| curves.values().all(|rows| part(order, rows)))
+            few && orders.iter().any(|order| curves.iter().all(|(_, rows)| part(order, rows)))
         };
-        match table.word_columns().map(|(_, words)| by_word(words)).find(fits) {
-            Some(curves) => Rows::Curves(curves.into_iter().map(|(word, rows)| (word.to_owned(), rows)).collect()),
-            None => Rows::Points,
-        }
+        let by_words = table.word_columns().map(|(_, words)| grouped(words, |word| word.as_str(), |word| word.clone()));
+        let is_campaign = table.column(INDEX).is_some();
+        let keys = table.columns().filter(|(name, values)| is_campaign && ![x, INDEX].contains(name) && has_numbers(values));
+        let by_keys = keys.map(|(name, values)| grouped(values, |value| value.to_bits(), |value| format!("{name} = {value}")));
+        by_words.chain(by_keys).find(fits).map_or(Rows::Points, Rows::Curves)
     }
 }
 
@@ -95,13 +96,20 @@ pub(super) fn runs(values: &[f64]) -> Vec<(f64, Range<usize>)> {
     runs
 }
 
-/// The rows of every word.
-fn by_word(words: &[String]) -> IndexMap<&str, Vec<usize>> {
-    let mut rows: IndexMap<&str, Vec<usize>> = IndexMap::new();
-    for (row, word) in words.iter().enumerate() {
-        rows.entry(word.as_str()).or_default().push(row);
+/// The rows of every entry, with a name for the legend, in the order of their first rows. Ends at more than can be drawn.
+fn grouped<'a, T, K: std::hash::Hash + Eq>(
+    entries: &'a [T],
+    key: impl Fn(&'a T) -> K,
+    name: impl Fn(&T) -> String,
+) -> Vec<(String, Vec<usize>)> {
+    let mut rows: IndexMap<K, Vec<usize>> = IndexMap::new();
+    for (row, entry) in entries.iter().enumerate() {
+        rows.entry(key(entry)).or_default().push(row);
+        if rows.len() > MOST {
+            break;
+        }
     }
-    rows
+    rows.into_values().map(|rows| (name(&entries[rows[0]]), rows)).collect()
 }
 
 /// Whether values rise from each to the next, or fall from each to the next. Gaps are passed over.

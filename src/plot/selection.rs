@@ -47,7 +47,8 @@ impl Named {
 /// Without `x`, the table's simulated time, or else its first column with numbers. Lines are broken at resets.
 ///
 /// A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a curve for each ratio. Other tables
-/// with several rows at one x give a curve for each word of a column that tells the rows apart, or else points.
+/// with several rows at one x give a curve for each word of a column that tells the rows apart, or for each value of a second key of
+/// a campaign, or else points.
 ///
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, for a column without numbers, and for columns of different topics with too few

@@ -70,7 +70,8 @@ impl<R: Read> Records<R> {
     /// Passes records to `take` until it returns a value; `None` if there are no more records.
     ///
     /// # Errors
-    /// Fails if the source cannot be read, is damaged or ends inside a record, or if `take` fails.
+    /// Fails if the source cannot be read, is damaged or ends inside a record, if a chunk holds more than [`RECORD_LIMIT`], or if `take`
+    /// fails.
     pub fn find<T>(&mut self, mut take: impl FnMut(RawRecord<'_>) -> McapResult<Option<T>>) -> McapResult<Option<T>> {
         while let Some(event) = self.reader.next_event() {
             match event {
@@ -81,6 +82,10 @@ impl<R: Read> Records<R> {
                 Ok(LinearReadEvent::Record { opcode, data }) => {
                     let at = self.position;
                     self.position += (RECORD_HEAD + data.len()) as u64;
+                    // The library checks what a chunk states, and only of one with a checksum.
+                    if self.is_chunk && self.position > RECORD_LIMIT {
+                        return Err(McapError::ChunkTooLarge(self.position));
+                    }
                     if let Some(found) = take(RawRecord { at, opcode, data })? {
                         return Ok(Some(found));
                     }

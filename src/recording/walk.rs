@@ -140,7 +140,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             // A wrong checksum over the whole file adds nothing if the damaged place is known.
             Err(McapError::BadDataCrc { .. }) if !self.structure.damage.is_empty() => {}
             Err(error) => {
-                let _ = self.damaged(error.to_string(), None);
+                let _ = self.damaged(in_words(&error), None);
             }
         }
         Ok(self.structure)
@@ -174,7 +174,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             Ok(Record::Footer(_)) => self.footer(),
             Ok(Record::Message { .. }) => self.damaged("a message outside of any chunk".to_owned(), None),
             Ok(_) => WalkFlow::Continue(()),
-            Err(error) => self.damaged(error.to_string(), None),
+            Err(error) => self.damaged(in_words(&error), None),
         }
     }
 
@@ -194,7 +194,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
         });
         if let Err(error) = read {
             self.learn();
-            return self.damaged(format!("a chunk cannot be read: {error}"), Some(times));
+            return self.damaged(format!("a chunk cannot be read: {}", in_words(&error)), Some(times));
         }
         self.structure.chunks += 1;
         self.structure.messages += messages.len() as u64;
@@ -273,5 +273,13 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             return WalkFlow::Continue(());
         }
         self.damaged(format!("the index lists {indexed} of {chunks} chunks, {misplaced} of them at wrong positions"), None)
+    }
+}
+
+/// The system's or our own error explains more than the library's.
+fn in_words(error: &McapError) -> String {
+    match error {
+        McapError::Io(cause) => cause.to_string(),
+        error => error.to_string(),
     }
 }

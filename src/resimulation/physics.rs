@@ -92,3 +92,29 @@ fn loads_are_finite(message: &Loads) -> bool {
     let elements = message.elements.iter().flat_map(|e| [e.axial_n, e.shear_n, e.moment_start_nm, e.moment_end_nm]);
     singles.chain(joints).chain(elements).all(f64::is_finite)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+    use crate::wire::Stamp;
+
+    /// No forged file reaches this check alone: its messages also differ from those computed again.
+    #[test]
+    fn regress_an_open_joint_and_a_slider_off_its_line_are_findings() {
+        let node = |link: &str, x_m: f64, y_m: f64| NodeState { link: link.to_owned(), x_m, y_m, ..NodeState::default() };
+        let check = |scene: &str, gap_m: f64, off_m: f64| {
+            let scene = SceneSource::open(scene, &[]).unwrap().scene;
+            let nodes = vec![node("crank", 0.0, 0.0), node("crank", 0.5, 0.0), node("rod", 0.5, gap_m), node("rod", 2.0, off_m)];
+            let stamp = Some(Stamp { step: 3, ..Stamp::default() });
+            let message = Message::Displacements(Box::new(Displacements { stamp, nodes, ..Displacements::default() }));
+            let mut physics = PhysicsCheck::new(&scene);
+            (physics.judge(&message).map(|finding| finding.to_string()), physics.joint_gap_m)
+        };
+        for (gap_m, off_m, is_open) in [(0.0, 0.0, false), (1e-12, 0.0, false), (3e-12, 0.0, true), (0.0, -3e-12, true)] {
+            let (found, kept_m) = check("crank-slider", gap_m, off_m);
+            assert_eq!(found.is_some_and(|found| found.contains("a joint is open by 3e-12 m")), is_open, "{gap_m} {off_m}");
+            assert_eq!(kept_m, gap_m.max(off_m.abs()));
+        }
+    }
+}

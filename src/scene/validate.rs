@@ -100,7 +100,7 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     let problem_of = |[angle, force]: [f64; 2]| {
         let is_allowed = (0.0..std::f64::consts::TAU).contains(&angle) && keys::RESISTANCE.allows(force);
         let range = keys::RESISTANCE.range();
-        (!is_allowed).then(|| format!("angles must be from 0 to below 2π (6.2831…) and forces from {range} N"))
+        (!is_allowed).then(|| format!("angles must be in radians, from 0 to below 2π (6.2831…), and forces from {range} N"))
     };
     Ok(Resistance::Table(ascending(check, key, table, problem_of)?))
 }

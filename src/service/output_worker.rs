@@ -365,7 +365,10 @@ impl OutputWorker {
 
     fn start_recording(&mut self, name: &str) -> Result<PathBuf, String> {
         if let Some(recorder) = &self.recorder {
-            return Err(format!("already recording to {}: stop that first", recorder.path().display()));
+            return Err(format!(
+                "already recording to {}; `flexcrank control NAME stop-recording` ends that",
+                recorder.path().display()
+            ));
         }
         let path = match name {
             "" => paths::fresh(&self.target.folder, &self.name.to_string(), std::time::SystemTime::now()),

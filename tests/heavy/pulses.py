@@ -1,5 +1,5 @@
-"""Pulses from four clients at once, each in a process of its own, every third sent twice: in the recording, in the torque that
-was felt, and in the energy ledger, each is there once."""
+"""Pulses from four clients at once, each in a process of its own, every third sent twice: in the recording, and in
+the torque that was felt, each is there once. The balance of energy of the whole is kept, whatever the pulses were."""
 
 import statistics
 import subprocess

@@ -112,6 +112,32 @@ fn regress_runs_of_a_campaign_are_in_the_order_of_a_key_or_points() {
     }
 }
 
+/// Runs of a grid were points of one colour: nothing told the values of the second key.
+#[test]
+fn regress_a_grid_of_two_keys_is_a_curve_for_each_value_of_the_other_key() {
+    let mut table = Table::default();
+    table.push("index", (0..6).map(f64::from).collect());
+    table.push("rod.length_m", vec![1.2, 1.2, 1.2, 1.4, 1.4, 1.4]);
+    table.push("slider.mass_kg", vec![0.5, 1.0, 2.0, 0.5, 1.0, 2.0]);
+    table.push("work_j", vec![3.0, 2.0, 1.0, 4.0, 5.0, 6.0]);
+    let table = [Named { table, ..Named::default() }];
+    for (x, labels, xs, first) in [
+        ("slider.mass_kg", vec!["rod.length_m = 1.2", "rod.length_m = 1.4"], vec![0.5, 1.0, 2.0], vec![3.0, 2.0, 1.0]),
+        (
+            "rod.length_m",
+            vec!["slider.mass_kg = 0.5", "slider.mass_kg = 1", "slider.mass_kg = 2"],
+            vec![1.2, 1.4],
+            vec![3.0, 4.0],
+        ),
+    ] {
+        let drawn = figure(&table, Some(x), &["work_j".to_owned()]).unwrap();
+        let series = &drawn.panels[0].series;
+        assert_eq!(series.iter().map(|series| series.label.as_str()).collect::<Vec<_>>(), labels);
+        assert!(series.iter().all(|series| series.mark == Mark::Line && series.xs == xs), "{series:?}");
+        assert_eq!(series[0].ys, first);
+    }
+}
+
 #[test]
 fn regress_tables_with_other_separators_or_without_names_are_refused_in_words() {
     let folder = folder();

@@ -186,15 +186,15 @@ mod tests {
     #[test]
     fn val_lateness_is_what_an_outside_clock_measures() {
         let (mut stepper, clock, _outputs) = stepper(1e-3, 1.0, Overrun::CatchUp, Duration::ZERO);
+        let (mut least, mut most) = (Duration::ZERO, Duration::ZERO);
         for step in 0..20 {
-            // Each step later than all before it.
+            // Each step later than all before it, unless the machine makes one of these later still.
             let due = MS * step;
             let woke = watch_until(clock, due + MS / 50 * (step + 1));
             stepper.step(WakeUp { woke, ..WakeUp::default() });
+            (least, most) = (least.max(woke - due), most.max(clock.elapsed() - due));
             let late = stepper.statistics.lateness.quantiles().unwrap();
-            if woke - due >= Duration::from_secs_f64(late.max_s * 0.99) {
-                assert_between(late.max_s, woke - due, clock.elapsed() - due, "the latest step");
-            }
+            assert_between(late.max_s, least, most, "the latest step");
         }
         let counts = stepper.statistics.lateness.bins().unwrap().counts;
         assert_eq!(counts.iter().sum::<u64>(), 20);

@@ -124,20 +124,26 @@ impl fmt::Display for Refusal {
                     Excess::AtMost { .. } => ("no configuration is known to hold the tolerance", "up to "),
                 };
                 let (reason, skipped) = (excess.reason(), skipped(*left_out));
-                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {word}{reason}")?;
+                write!(f, "{fails}: the best, {best}, is {part}{} times over it in {word}{reason}", factor(*times))?;
                 if let Some((larger, times)) = perhaps {
                     let within = if larger == word { String::new() } else { format!(" in {larger}") };
-                    write!(f, ", and perhaps {times:.3} times{within}, which the reference does not know well")?;
+                    write!(f, ", and perhaps {} times{within}, which the reference does not know well", factor(*times))?;
                 }
                 f.write_str(&skipped)
             }
             Refusal::Speed { best, times } => {
-                write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")
+                write!(
+                    f,
+                    "the real-time factor fails: the fastest, {best}, is {} times too slow by its slowest repeat",
+                    factor(*times)
+                )
             }
             Refusal::Both { accurate, speed_times, fast, error_times, left_out } => write!(
                 f,
-                "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow \
-                 by its slowest repeat; at the speed the best, {fast}, is {error_times:.3} times over the tolerance{}",
+                "no configuration holds both: within the tolerance the fastest, {accurate}, is {} times too slow \
+                 by its slowest repeat; at the speed the best, {fast}, is {} times over the tolerance{}",
+                factor(*speed_times),
+                factor(*error_times),
                 skipped(*left_out)
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
@@ -172,12 +178,17 @@ impl Excess {
     }
 }
 
+/// A factor with three decimals, or as a power of ten where it would be long.
+fn factor(times: f64) -> String {
+    if times < 1e4 { format!("{times:.3}") } else { format!("{times:.1e}") }
+}
+
 impl fmt::Display for Unverified {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Unverified { configuration, tried, error_times, speed_times, .. } = self;
         let run = if self.over_ten_minutes { "in energy over ten minutes".to_owned() } else { self.variation.to_string() };
-        let error = format!("has {error_times:.3} times the tolerance there");
-        let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
+        let error = format!("has {} times the tolerance there", factor(*error_times));
+        let time = format!("needs in its slowest repeat {} times the time allowed", factor(*speed_times));
         let looser = match (self.reference, self.sufficient_budget, self.left_out) {
             (true, Some(budget), _) => {
                 let refines =
@@ -248,6 +259,7 @@ mod tests {
             ([1.055, 0.014], [true, false, true], energy, format!("{error}; {looser}, {budget} measures finer configurations")),
             ([0.0, 1.2], [false, false, true], other, format!("{time}; choose {slower}")),
             ([1.055, 1.2], [false; 3], other, format!("{error}, and {time}; {looser}, and {slower}")),
+            ([2.5e8, 0.0], [false; 3], other, format!("has 2.5e8 times the tolerance there; {looser}")),
             ([0.0, 0.9], [false; 3], other, "errs by more than is of use there".to_owned()),
         ] {
             let nearest = if facts[0] { format!("the nearest of 12, {own},") } else { own.to_string() };
