@@ -58,7 +58,7 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
 A line `start` shows where the first link starts, bent by static loads: its angle at the pivot, and how far its end is from the \
     tangent there.
 
-A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
+A line `published` names a rate for `run --publish-hz` where the default has fewer than 6 samples in a period of the lowest frequency \
     at which a link bends, or masses vibrate. Where even every step is too rare, it also names a shorter solver.step_s.
 
 `modal` leaves out that a link without `axial` stretches or shortens by N L / (E A). N is the largest mean axial force in such a run, \

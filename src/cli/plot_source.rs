@@ -180,8 +180,8 @@ impl Source {
         Some(SceneSource::parse(&self.stem, &text, &[]).ok()?.scene)
     }
 
-    /// The frequency of a vibration of a link that samples suggest, Hz: the same if a natural frequency of the scene at rest with bending
-    /// of the link is near, or else the next above at which the link bends most. `None` where none is known.
+    /// The frequency of a vibration of a link that samples suggest, Hz: the same, or a natural frequency of the scene at rest with bending
+    /// of the link if that is near and higher; or else the next above at which the link bends most. `None` where none is known.
     fn natural_hz(&self, link: &str, found_hz: f64) -> Option<f64> {
         let scene = self.scene()?;
         let start_rad = Subject::new(&scene, None).ok()?.start_rad().ok()?;
@@ -189,9 +189,12 @@ impl Source {
         let bends =
             |share: &Share| matches!(share.part, Part::Bending(bent) if bent.as_str() == link) && share.share > TAKES_PART;
         let vibrations = || modes.modes().iter().filter(|mode| mode.is_vibration());
-        let is_near = |mode: &NormalMode| (found_hz / NEAR..=found_hz * NEAR).contains(&mode.frequency_hz());
-        if vibrations().any(|mode| is_near(mode) && mode.mode.shares.iter().any(bends)) {
-            return Some(found_hz);
+        let is_near = |hz: &f64| (found_hz / NEAR..=found_hz * NEAR).contains(hz);
+        let bending = vibrations().filter(|mode| mode.mode.shares.iter().any(bends)).map(NormalMode::frequency_hz);
+        let apart = |hz: &f64| (hz / found_hz).ln().abs();
+        if let Some(near_hz) = bending.filter(is_near).min_by(|one, other| apart(one).total_cmp(&apart(other))) {
+            // What samples suggest is too low at times.
+            return Some(near_hz.max(found_hz));
         }
         let mut above = vibrations().filter(|mode| mode.frequency_hz() > found_hz);
         above.find(|mode| mode.mode.shares.first().is_some_and(bends)).map(NormalMode::frequency_hz)

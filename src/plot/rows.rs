@@ -25,7 +25,8 @@ pub(super) enum Rows {
 
 impl Rows {
     /// The rows of `y` over `x`: a curve for each ratio of a table from `cycle`. Otherwise one line if `x` rises or falls from row to
-    /// row, or a curve for each word of a column if it does so within the rows of each word, or for each value of a campaign's key.
+    /// row, or a curve for each word of a column if it does so within the rows of each word, or for each value of a second key of a
+    /// campaign.
     pub fn of(table: &Table, x: &str, y: &str) -> Self {
         let ratios = ratios(table).map(runs).filter(|runs| runs.len() > 1 && x != "ratio" && y != "ratio");
         match ratios {
@@ -33,13 +34,13 @@ impl Rows {
                 let curve = |(ratio, rows): (f64, Range<usize>)| (format!("λ = {ratio}"), rows.collect::<Vec<usize>>());
                 Rows::Curves(runs.into_iter().map(curve).collect())
             }
-            None => Rows::in_order(table, x),
+            None => Rows::in_order(table, x, y),
         }
     }
 
     /// The rows by the order of `x`, or of the first column: rows in the order of time may draw a path. The index of a campaign
     /// only numbers its runs.
-    fn in_order(table: &Table, x: &str) -> Self {
+    fn in_order(table: &Table, x: &str, y: &str) -> Self {
         let names = [Some(x), numbers(table).next().filter(|name| *name != INDEX)];
         let orders: Vec<&[f64]> = names.into_iter().flatten().filter_map(|name| table.column(name)).collect();
         // Rows of a recording follow one another, also where a reset has begun the time again.
@@ -53,11 +54,8 @@ impl Rows {
             let few = curves.len() <= MOST && 2 * curves.len() <= table.rows();
             few && orders.iter().any(|order| curves.iter().all(|(_, rows)| part(order, rows)))
         };
-        let by_words = table.word_columns().map(|(_, words)| grouped(words, |word| word.as_str(), |word| word.clone()));
-        let is_campaign = table.column(INDEX).is_some();
-        let keys = table.columns().filter(|(name, values)| is_campaign && ![x, INDEX].contains(name) && has_numbers(values));
-        let by_keys = keys.map(|(name, values)| grouped(values, |value| value.to_bits(), |value| format!("{name} = {value}")));
-        by_words.chain(by_keys).find(fits).map_or(Rows::Points, Rows::Curves)
+        let words = table.word_columns().map(|(_, words)| grouped(words, |word| word.as_str(), |word| word.clone()));
+        words.into_iter().find(fits).or_else(|| grid(table, x, y)).map_or(Rows::Points, Rows::Curves)
     }
 }
 
@@ -96,7 +94,31 @@ pub(super) fn runs(values: &[f64]) -> Vec<(f64, Range<usize>)> {
     runs
 }
 
-/// The rows of every entry, with a name for the legend, in the order of their first rows. Ends at more than can be drawn.
+/// The runs of a campaign over a grid of the key `x` and another: a curve for each value of the other key, in the order of `x`. Runs
+/// may be missing, as those that failed.
+fn grid(table: &Table, x: &str, y: &str) -> Option<Vec<(String, Vec<usize>)>> {
+    let xs = table.column(x).filter(|_| table.column(INDEX).is_some() && is_key(x))?;
+    let places = grouped(xs, |x| x.to_bits(), f64::to_string).len();
+    let is_grid = |curves: &Vec<(String, Vec<usize>)>| {
+        let is_distinct = |(_, rows): &(String, Vec<usize>)| rows.windows(2).all(|pair| xs[pair[0]] < xs[pair[1]]);
+        let most = places * curves.len();
+        curves.len() > 1 && curves.len() <= MOST && 2 * table.rows() > most && curves.iter().all(is_distinct)
+    };
+    let keys = table.columns().filter(|(name, _)| is_key(name) && ![x, y].contains(name));
+    let curves = keys.map(|(name, values)| {
+        let mut curves = grouped(values, |value| value.to_bits(), |value| format!("{name} = {value}"));
+        curves.iter_mut().for_each(|(_, rows)| rows.sort_by(|one, other| xs[*one].total_cmp(&xs[*other])));
+        curves
+    });
+    curves.into_iter().find(is_grid)
+}
+
+/// Whether a column of a campaign is a key of its scene. Results are single words: `pivot_peak_force_n`.
+fn is_key(name: &str) -> bool {
+    name.contains('.')
+}
+
+/// The rows of every entry, with a name for the legend, in the order of their first rows.
 fn grouped<'a, T, K: std::hash::Hash + Eq>(
     entries: &'a [T],
     key: impl Fn(&'a T) -> K,
@@ -105,9 +127,6 @@ fn grouped<'a, T, K: std::hash::Hash + Eq>(
     let mut rows: IndexMap<K, Vec<usize>> = IndexMap::new();
     for (row, entry) in entries.iter().enumerate() {
         rows.entry(key(entry)).or_default().push(row);
-        if rows.len() > MOST {
-            break;
-        }
     }
     rows.into_values().map(|rows| (name(&entries[rows[0]]), rows)).collect()
 }

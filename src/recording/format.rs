@@ -38,6 +38,8 @@ pub(super) fn record_head(bytes: &[u8]) -> Option<(u8, u64)> {
 pub(super) struct ChunkHead<'a> {
     /// Log times of its first and last message, ns.
     pub span_ns: [u64; 2],
+    /// Size of its content, as stated, bytes.
+    pub size: u64,
     /// Name of its compression.
     pub compression: &'a [u8],
     /// Where its content ends in the body of the record.
@@ -49,7 +51,8 @@ impl<'a> ChunkHead<'a> {
     pub fn of(body: &'a [u8]) -> Option<Self> {
         let name_end = 32 + u32::from_le_bytes(*body.get(28..)?.first_chunk()?) as usize;
         let end = number(body, name_end)?.checked_add(name_end as u64 + 8)?;
-        Some(ChunkHead { span_ns: [number(body, 0)?, number(body, 8)?], compression: body.get(32..name_end)?, end })
+        let [start_ns, end_ns, size] = [number(body, 0)?, number(body, 8)?, number(body, 16)?];
+        Some(ChunkHead { span_ns: [start_ns, end_ns], size, compression: body.get(32..name_end)?, end })
     }
 }
 

@@ -71,7 +71,7 @@ impl Messages {
             op::DATA_END => Ok(Some(None)),
             op::CHUNK => {
                 self.has_end = false;
-                self.chunk = Some(Chunk::open(record.data.to_vec(), false)?);
+                self.chunk = Some(Chunk::bounded(record.data.to_vec())?);
                 Ok(Some(None))
             }
             op::MESSAGE => {

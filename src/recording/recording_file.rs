@@ -195,7 +195,7 @@ fn memory_of(message: &RecordedMessage) -> usize {
 impl InOrder {
     fn load(&mut self, chunk: &ChunkIndex) -> McapResult<()> {
         let at = chunk.chunk_start_offset;
-        Chunk::open(chunk_body(&mut self.file, at)?, false)?
+        Chunk::bounded(chunk_body(&mut self.file, at)?)?
             .find(|record| {
                 if let Record::Message { header, data } = record.parse()?
                     && header.log_time >= self.from_ns

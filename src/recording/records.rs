@@ -70,8 +70,7 @@ impl<R: Read> Records<R> {
     /// Passes records to `take` until it returns a value; `None` if there are no more records.
     ///
     /// # Errors
-    /// Fails if the source cannot be read, is damaged or ends inside a record, if a chunk holds more than [`RECORD_LIMIT`], or if `take`
-    /// fails.
+    /// Fails if the source cannot be read, is damaged or ends inside a record, or if `take` fails.
     pub fn find<T>(&mut self, mut take: impl FnMut(RawRecord<'_>) -> McapResult<Option<T>>) -> McapResult<Option<T>> {
         while let Some(event) = self.reader.next_event() {
             match event {
@@ -82,10 +81,6 @@ impl<R: Read> Records<R> {
                 Ok(LinearReadEvent::Record { opcode, data }) => {
                     let at = self.position;
                     self.position += (RECORD_HEAD + data.len()) as u64;
-                    // The library checks what a chunk states, and only of one with a checksum.
-                    if self.is_chunk && self.position > RECORD_LIMIT {
-                        return Err(McapError::ChunkTooLarge(self.position));
-                    }
                     if let Some(found) = take(RawRecord { at, opcode, data })? {
                         return Ok(Some(found));
                     }
@@ -116,6 +111,19 @@ impl<R: Read + Seek> Records<R> {
 }
 
 impl<'a> Chunk<'a> {
+    /// Opens the body of a complete chunk whose messages are kept together.
+    ///
+    /// # Errors
+    /// Fails as [`Chunk::open`], or if it states more content than [`RECORD_LIMIT`]: the library refuses that only with a checksum. It
+    /// refuses content beyond what is stated.
+    pub fn bounded(body: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
+        let body = body.into();
+        match ChunkHead::of(&body) {
+            Some(ChunkHead { size, .. }) if size > RECORD_LIMIT => Err(McapError::ChunkTooLarge(size)),
+            _ => Chunk::open(body, false),
+        }
+    }
+
     /// Opens the body of a chunk record. The checksum of a complete chunk is checked first; none covers one that was cut off.
     ///
     /// # Errors

@@ -140,7 +140,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             // A wrong checksum over the whole file adds nothing if the damaged place is known.
             Err(McapError::BadDataCrc { .. }) if !self.structure.damage.is_empty() => {}
             Err(error) => {
-                let _ = self.damaged(in_words(&error), None);
+                let _ = self.damaged(error.to_string(), None);
             }
         }
         Ok(self.structure)
@@ -182,7 +182,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
         let times = [header.message_start_time, header.message_end_time];
         self.chunks.insert(self.position, ((RECORD_HEAD + body.len()) as u64, header));
         let (mut messages, mut index) = (Vec::new(), BTreeMap::<u16, Vec<MessageIndexEntry>>::new());
-        let read = Chunk::open(body, false).and_then(|mut chunk| {
+        let read = Chunk::bounded(body).and_then(|mut chunk| {
             chunk.find(|record| {
                 if let Some(message) = record.message(&mut self.channels)? {
                     let entry = MessageIndexEntry { log_time: message.log_time, offset: record.at };

@@ -1,5 +1,5 @@
 """Pulses from four clients at once, each in a process of its own, every third sent twice: in the recording, and in
-the torque that was felt, each is there once. The balance of energy of the whole is kept, whatever the pulses were."""
+the torque that was felt, each is there once. The balance of energy says nothing of single pulses: it is checked as in any run."""
 
 import statistics
 import subprocess

@@ -52,6 +52,7 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write(at.join("press.toml"), PRESS).unwrap();
+    write(at.join("long_steps.toml"), PRESS.replace("step_s = 0.0004", "step_s = 0.001")).unwrap();
     let rare = |how: &str| {
         let so = "so that curves have wrong swings and peaks; record with --publish-hz";
         format!("warning: run.mcap: samples are too rare for the vibration of the rod, {so} {how} for right ones\n")
@@ -74,6 +75,8 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
             rare_accelerations("crank", "all, perhaps with a shorter solver.step_s,"),
         ),
         ("press.toml", "all", &[all, deflection, force], String::new()),
+        // Every step is five samples in a period, too few for a link that only vibrates.
+        ("long_steps.toml", "200", &[deflection], rare("all and solver.step_s = 0.0004")),
         // Four samples in a period: lines are off by 12 % of the range.
         ("crank-slider", "50", &[deflection, force], format!("{turning}{}", rare("200"))),
         ("crank-slider", "200", &[all, deflection, force], String::new()),
@@ -331,6 +334,9 @@ fn regress_check_names_the_rate_that_shows_the_bending_of_a_link() {
     for (words, rate) in [
         (&["press.toml"][..], "all"),
         (&["press.toml", "--set", "solver.step_s=1e-4"], "2500"),
+        (&["press.toml", "--set", "solver.step_s=0.0008"], "all"),
+        // Five steps in a period: `check` said that they show it, and `plot` that they do not.
+        (&["press.toml", "--set", "solver.step_s=0.001"], "all and solver.step_s = 0.0004"),
         (&["press.toml", "--set", "solver.step_s=0.0015"], "all and solver.step_s = 0.0004"),
     ] {
         let said = check(words);

@@ -150,7 +150,7 @@ impl Scanner {
         if opcode != op::CHUNK || length > RECORD_LIMIT {
             return None;
         }
-        let ChunkHead { span_ns: [first, last], compression, end } = ChunkHead::of(&bytes[RECORD_HEAD..])?;
+        let ChunkHead { span_ns: [first, last], compression, end, .. } = ChunkHead::of(&bytes[RECORD_HEAD..])?;
         let consistent = end == length && first <= last && [&b""[..], b"lz4", b"zstd"].contains(&compression);
         let is_whole = RECORD_HEAD as u64 + length <= self.length - at;
         (consistent && (is_whole || !self.closed)).then_some(if is_whole { Extent::Whole } else { Extent::Cut })
