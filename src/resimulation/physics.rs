@@ -107,7 +107,7 @@ mod tests {
             let scene = SceneSource::open(scene, &[]).unwrap().scene;
             let nodes = vec![node("crank", 0.0, 0.0), node("crank", 0.5, 0.0), node("rod", 0.5, gap_m), node("rod", 2.0, off_m)];
             let stamp = Some(Stamp { step: 3, ..Stamp::default() });
-            let message = Message::Displacements(Box::new(Displacements { stamp, nodes, ..Displacements::default() }));
+            let message = Message::Displacements(Box::new(Displacements { stamp, nodes }));
             let mut physics = PhysicsCheck::new(&scene);
             (physics.judge(&message).map(|finding| finding.to_string()), physics.joint_gap_m)
         };
