@@ -37,6 +37,13 @@ impl<'a> AskedColumn<'a> {
     }
 }
 
+/// The names of an asked column in one of several files: a node stands for its place in the first file that has it.
+pub(super) fn names_here(sources: &[Source], here: &Source, given: &str) -> Vec<String> {
+    let placed = |source: &Source| PlacedColumn::of(&source.tables, source.column_name(given).ok()?);
+    let names = sources.iter().find_map(placed).map(|column| column.names_in(&here.tables)).unwrap_or_default();
+    if names.is_empty() { vec![given.to_owned()] } else { names }
+}
+
 /// The deflections of every link at one place in all recordings.
 pub(super) fn largest_deflections(sources: &[Source]) -> Vec<PlacedColumn> {
     let recordings = sources.iter().filter(|source| source.recorded).map(|source| source.tables.as_slice());

@@ -11,6 +11,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_have_folder};
 use super::output::output;
 use super::overlay::overlaid;
+use super::overlay_places::names_here;
 use super::plot_source::Source;
 use super::progress::{bar, over_parts};
 use super::thesis_figures::write_thesis;
@@ -106,7 +107,11 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     }
     let sentences = |source: &Source| {
         let straight_links = args.y.is_empty().then(|| source.straight_links()).flatten();
-        let columns: Vec<String> = args.y.iter().chain(&args.x).cloned().collect();
+        let asked = args.y.iter().chain(&args.x);
+        let columns: Vec<String> = match args.overlay {
+            true => asked.flat_map(|given| names_here(&sources, source, given)).collect(),
+            false => asked.cloned().collect(),
+        };
         let missed_motion = source.missed_motion(&columns, args.animation.is_some());
         straight_links.into_iter().chain(source.interrupted_study()).chain(missed_motion)
     };

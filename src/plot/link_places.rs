@@ -62,6 +62,12 @@ impl PlacedColumn {
         format!("{}.{}.{}.{}", self.list, self.link, self.place, self.field)
     }
 
+    /// Its names in the meshes of a file: `nodes.rod.2.x_m`.
+    pub fn names_in(&self, tables: &[Named]) -> Vec<String> {
+        let numbers = self.meshes(tables).into_iter().filter_map(|elements| self.number_in(elements));
+        numbers.map(|number| format!("{}.{}.{number}.{}", self.list, self.link, self.field)).collect()
+    }
+
     /// The name of its link.
     pub fn link(&self) -> &str {
         &self.link

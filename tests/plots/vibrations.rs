@@ -320,6 +320,23 @@ fn regress_plot_judges_every_figure_by_its_own_samples() {
     }
 }
 
+/// The coarse mesh has no node of the number that the fine one has at the place: its samples were not judged.
+#[test]
+fn regress_samples_of_a_node_with_another_number_are_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("fine.toml"), PRESS).unwrap();
+    write(at.join("coarse.toml"), PRESS.replace("elements = 8", "elements = 4")).unwrap();
+    record(at, "fine.toml", "1", "fine.mcap", &["--publish-hz", "all"]);
+    record(at, "coarse.toml", "1", "coarse.mcap", &["--publish-hz", "200"]);
+    for files in [["fine.mcap", "coarse.mcap"], ["coarse.mcap", "fine.mcap"]] {
+        let node = if files[0] == "fine.mcap" { "rod.6.deflection_m" } else { "rod.3.deflection_m" };
+        let said = complaint(&plot(at, &[&files[..], &["--overlay", "--y", node, "-o", "curves.svg"]].concat()));
+        assert_eq!(said.matches("warning: ").count(), 1, "{said}");
+        assert!(said.contains("coarse.mcap: samples are too rare for the vibration of the rod"), "{said}");
+    }
+}
+
 #[test]
 fn regress_check_names_the_rate_that_shows_the_bending_of_a_link() {
     let folder = tempfile::tempdir().unwrap();
