@@ -6,9 +6,9 @@ use crate::cli::formatting::counted;
 use crate::cli::short_load::{ShortLoad, resistance};
 use crate::cli::sudden_start::sudden_start;
 use crate::cli::suspect_numbers::{newly_suspect, suspect_numbers};
-use crate::scene::{ModelKind, SceneSource};
+use crate::scene::{Link, ModelKind, Scene, SceneSource};
 use crate::shown::shown_sentence;
-use crate::study::sweep::{Campaign, RefusedRuns, RefusedValue, Spec};
+use crate::study::sweep::{Campaign, RefusedRuns, RefusedValue};
 
 /// Runs of a large campaign whose steps are looked at.
 const LOOKED_AT: u64 = 500;
@@ -36,7 +36,7 @@ pub(super) fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> 
         let first = with_values().map(|changed| sudden_start(&changed.scene)).find(|warnings| !warnings.is_empty());
         first.iter().flatten().for_each(|warning| say!("warning: {warning}"));
     }
-    warn_of_single_elements(&base, spec);
+    warn_of_single_elements(&base, campaign);
     warn_of_short_loads(&base, campaign);
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
@@ -50,17 +50,28 @@ pub(super) fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> 
     Ok(())
 }
 
-/// Warns of links that bend, and of whose peaks only what stands at their pins is seen.
-fn warn_of_single_elements(base: &SceneSource, spec: &Spec) {
+/// Warns of links that bend, and of whose peaks only what stands at their pins is seen: in every run, or in those with that value.
+fn warn_of_single_elements(base: &SceneSource, campaign: &Campaign) {
+    let is_single = |scene: &Scene, name: &str| {
+        let bends = |link: &Link| !link.rigid && scene.solver.model != ModelKind::Rigid;
+        let is_meant = |link: &Link| link.name.as_str() == name && bends(link) && link.elements == 1;
+        scene.chain().is_some_and(|chain| chain.links.iter().any(is_meant))
+    };
     for link in base.scene.chain().iter().flat_map(|chain| &chain.links) {
         let (name, key) = (link.name.as_str(), format!("{}.elements", link.name.as_str()));
-        let bends = !link.rigid && base.scene.solver.model != ModelKind::Rigid;
-        if bends && link.elements == 1 && spec.axes.iter().all(|axis| axis.key != key) {
-            say!(
-                "warning: {key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and one axial \
-                 and one shear force stand for its whole length: set = [\"{key}=8\"] in the campaign shows them between the pins"
-            );
-        }
+        let (which, way) = match campaign.spec().axes.iter().find(|axis| axis.key == key) {
+            None if is_single(&base.scene, name) => {
+                ("", format!("set = [\"{key}=8\"] in the campaign shows them between the pins"))
+            }
+            Some(axis) if campaign.with_given_values(axis).flatten().any(|changed| is_single(&changed.scene, name)) => {
+                ("runs with ", "only runs with more show them between the pins".to_owned())
+            }
+            _ => continue,
+        };
+        say!(
+            "warning: {which}{key} = 1: the peaks of {name}'s deflection, moment and stress are those at its pins alone, and one axial \
+             and one shear force stand for its whole length: {way}"
+        );
     }
 }
 
