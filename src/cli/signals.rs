@@ -102,7 +102,7 @@ fn end() -> ! {
         (_, Some("")) => say_reason!("interrupted"),
         (_, Some(what)) => say_reason!("interrupted: {what}"),
         ([0, _], None) => say_reason!("interrupted: nothing was written"),
-        ([finished, _], None) => say_reason!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
+        ([finished, _], None) => say_reason!("interrupted: {} written, and no more", counted(finished as u64, "file")),
     }
     std::process::exit(130)
 }
