@@ -152,3 +152,19 @@ fn regress_a_worker_that_cannot_write_a_row_says_that_the_others_are_kept() -> O
     assert_eq!(sweep()?.0, Some(0));
     Ok(())
 }
+
+/// A fixed number of one was warned of, and one that varies was not: its runs had no deflection between the pins.
+#[test]
+fn regress_sweep_warns_of_one_element_where_elements_varies() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let said =
+        "warning: runs with rod.elements = 1: the peaks of rod's deflection, moment and stress are those at its pins alone";
+    for (values, is_said) in [("[1, 2]", true), ("[2, 4]", false)] {
+        let vary = format!("[[vary]]\nkey = \"rod.elements\"\nvalues = {values}\n");
+        fs::write(at.join("s.toml"), format!("scene = \"crank-slider\"\nuntil_s = 0.01\nmethod = \"grid\"\n{vary}"))?;
+        let (code, stderr) = ended(flexcrank(at, &["sweep", "s.toml", "-o", values]))?;
+        assert_eq!((code, stderr.contains(said)), (Some(0), is_said), "{values}: {stderr}");
+    }
+    Ok(())
+}
