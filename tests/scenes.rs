@@ -85,7 +85,7 @@ fn regress_conflicting_keys_are_refused_never_ignored() {
             "row 2 is [3.0, 14.0, 2.0]: must be two numbers",
         ),
         (with("mass_kg = 0.2", "resistance_table = [[0.0], [1.0]]"), "row 1 is [0.0]: must be two numbers"),
-        (with("mass_kg = 0.2", "resistance_table = [[0.0, 1.0], [7.0, 2.0]]"), "row 2 is [7.0, 2.0]: angles must be from 0"),
+        (with("mass_kg = 0.2", "resistance_table = [[0.0, 1.0], [7.0, 2.0]]"), "row 2 is [7.0, 2.0]: angles must be in"),
         (with("mass_kg = 0.2", "resistance_table = [[0.0, 1.0], [1.0, nan]]"), "row 2 is [1.0, NaN]: must be finite"),
         (with(SOLVER, "model = \"incremental\""), "one element each"),
         (
