@@ -231,7 +231,10 @@ const LONGEST_CONFIG: usize = 1024 * 1024;
 fn read(path: &Path) -> Result<Config, String> {
     let file = File::open(path).and_then(|file| file.metadata()).map_err(|error| error.to_string())?;
     // A pipe is read to its end; a device may have none.
-    if file.file_type().is_char_device() || file.len() > LONGEST_CONFIG as u64 {
+    if file.file_type().is_char_device() {
+        return Err("is a device, not a file".to_owned());
+    }
+    if file.len() > LONGEST_CONFIG as u64 {
         return Err(crate::text_file::too_large(LONGEST_CONFIG).to_string());
     }
     Config::from_file(path).map_err(|error| config_error_text(&message_of(&error)))

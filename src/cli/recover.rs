@@ -50,12 +50,16 @@ pub(super) fn recover(args: &Args) -> CommandResult {
 /// Describes the losses, one per line.
 fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
     let mut lines = Vec::new();
-    let places = if loss.places == 1 { "1 place".to_owned() } else { format!("{} places", loss.places) };
+    let places = match loss.places {
+        0 => "though no place is damaged".to_owned(),
+        1 => "damaged in 1 place".to_owned(),
+        several => format!("damaged in {several} places"),
+    };
     let total: u64 = loss.messages.values().sum();
     if loss.places > 0 || total > 0 {
         let count =
             if loss.counted || total > 0 { format!("{total} messages") } else { "an unknown number of messages".to_owned() };
-        lines.push(format!("{count} and {:.3} s, damaged in {places}", loss.seconds));
+        lines.push(format!("{count} and {:.3} s, {places}", loss.seconds));
     }
     lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {}", shown_name(topic))));
     if loss.orphans > 0 {

@@ -35,6 +35,14 @@ pub enum RecordingError {
         /// The reader's error.
         cause: mcap::McapError,
     },
+    /// A chunk has messages of other times than its index states.
+    #[error("{}: the index states other times of the chunk at byte {at} than those of its messages; `flexcrank recover` writes a right one", path.display())]
+    ChunkTimes {
+        /// The file.
+        path: PathBuf,
+        /// Position of the chunk, bytes.
+        at: u64,
+    },
     /// An indexed chunk is damaged.
     #[error("{}: the chunk at byte {at} is damaged: {cause}; `flexcrank recover` saves the rest", path.display())]
     Chunk {

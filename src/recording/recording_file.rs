@@ -46,6 +46,7 @@ impl RecordingFile {
 
     fn indexed(path: &Path, summary: Vec<Record<'static>>) -> Option<Self> {
         let (mut known, mut channels, mut chunks) = (Channels::default(), BTreeMap::new(), Vec::new());
+        let mut stated_ns = None;
         for record in summary {
             match record {
                 Record::Schema { header, data } => known.add_schema(header, &data).ok()?,
@@ -58,6 +59,7 @@ impl RecordingFile {
                 Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() || chunk.message_end_time > 0 => {
                     chunks.push(chunk);
                 }
+                Record::Statistics(stated) => stated_ns = Some([stated.message_start_time, stated.message_end_time]),
                 _ => {}
             }
         }
@@ -65,7 +67,9 @@ impl RecordingFile {
         let begin_ns = chunks.first()?.message_start_time;
         let end_ns = chunks.iter().map(|chunk| chunk.message_end_time).max()?;
         let path = path.to_owned();
-        (!channels.is_empty()).then_some(RecordingFile { path, channels, chunks, begin_ns, end_ns, cut_off: false })
+        // An index that contradicts the statistics is no help.
+        let fits = stated_ns.is_none_or(|stated_ns| stated_ns == [begin_ns, end_ns]);
+        (fits && !channels.is_empty()).then_some(RecordingFile { path, channels, chunks, begin_ns, end_ns, cut_off: false })
     }
 
     fn scanned(path: &Path) -> Result<Self, RecordingError> {
@@ -170,8 +174,9 @@ impl Iterator for InOrder {
                 Some(chunk) if first.is_none_or(|first| chunk.message_start_time <= first) => {
                     let chunk = self.chunks.pop_front()?;
                     let failed = match self.load(&chunk) {
-                        Ok(()) if self.waiting_bytes <= WAITING_LIMIT => continue,
-                        Ok(()) => RecordingError::Overlap { path: self.path.clone() },
+                        Ok(true) if self.waiting_bytes <= WAITING_LIMIT => continue,
+                        Ok(true) => RecordingError::Overlap { path: self.path.clone() },
+                        Ok(false) => RecordingError::ChunkTimes { path: self.path.clone(), at: chunk.chunk_start_offset },
                         Err(cause) => RecordingError::Chunk { path: self.path.clone(), at: chunk.chunk_start_offset, cause },
                     };
                     self.chunks.clear();
@@ -193,22 +198,25 @@ fn memory_of(message: &RecordedMessage) -> usize {
 }
 
 impl InOrder {
-    fn load(&mut self, chunk: &ChunkIndex) -> McapResult<()> {
+    /// Loads the messages of a chunk. Returns whether the times of its index are theirs: otherwise messages are left out, or late.
+    fn load(&mut self, chunk: &ChunkIndex) -> McapResult<bool> {
         let at = chunk.chunk_start_offset;
-        Chunk::bounded(chunk_body(&mut self.file, at)?)?
-            .find(|record| {
-                if let Record::Message { header, data } = record.parse()?
-                    && header.log_time >= self.from_ns
-                {
-                    let message = message(header, data, self.channels.get(&header.channel_id).cloned())?;
-                    self.waiting_bytes += memory_of(&message);
-                    if let Some(same) = self.waiting.insert((header.log_time, at, record.at), message) {
-                        self.waiting_bytes -= memory_of(&same);
-                    }
+        let mut span_ns = [u64::MAX, 0];
+        let read = Chunk::bounded(chunk_body(&mut self.file, at)?)?.find(|record| {
+            let Record::Message { header, data } = record.parse()? else { return Ok(None) };
+            span_ns = [span_ns[0].min(header.log_time), span_ns[1].max(header.log_time)];
+            if header.log_time >= self.from_ns {
+                let message = message(header, data, self.channels.get(&header.channel_id).cloned())?;
+                self.waiting_bytes += memory_of(&message);
+                if let Some(same) = self.waiting.insert((header.log_time, at, record.at), message) {
+                    self.waiting_bytes -= memory_of(&same);
                 }
-                Ok(None)
-            })
-            .map(|_: Option<()>| ())
+            }
+            Ok(None)
+        });
+        let is_empty = span_ns[0] > span_ns[1];
+        let fits = is_empty || span_ns == [chunk.message_start_time, chunk.message_end_time];
+        read.map(|_: Option<()>| fits)
     }
 }
 

@@ -10,9 +10,9 @@ use super::build_info;
 use crate::wire;
 
 /// Name of the metadata record.
-pub(super) const METADATA: &str = "flexcrank";
+pub(crate) const METADATA: &str = "flexcrank";
 /// Name of the attachment with the scene.
-pub(super) const SCENE: &str = "scene.toml";
+pub(crate) const SCENE: &str = "scene.toml";
 /// File in which Linux states the clock source.
 const CLOCK_SOURCE: &str = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
 

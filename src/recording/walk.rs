@@ -6,13 +6,14 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use mcap::records::{ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, Record, Statistics, op};
+use mcap::records::{ChunkHeader, MessageIndex, MessageIndexEntry, Record, op};
 use mcap::sans_io::LinearReaderOptions;
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
 use super::definitions::Channels;
-use super::format::{RECORD_HEAD, RecordedMessage, is_closed};
+use super::file_index::FileIndex;
+use super::format::{RecordedMessage, is_closed};
 use super::open::open;
 use super::records::{Chunk, RawRecord, Records};
 use super::summary::summary;
@@ -49,6 +50,8 @@ pub struct Structure {
     pub chunks: u64,
     /// Number of messages in them.
     pub messages: u64,
+    /// Topics that are defined and have no message.
+    pub silent_topics: Vec<String>,
     /// The damage found.
     pub damage: Vec<Damage>,
     /// Position at which the file ends early, as after a killed program; `None` if it was closed properly.
@@ -93,10 +96,8 @@ fn begin(
         position: MAGIC.len() as u64,
         channels: Channels::default(),
         has_learned: false,
-        counts: BTreeMap::new(),
-        chunks: BTreeMap::new(),
+        index: FileIndex::default(),
         awaited: BTreeMap::new(),
-        indexed: [0; 2],
     };
     walker.through(file, closed, with_cut_chunk).map_err(RecordingError::file(path))
 }
@@ -109,14 +110,10 @@ struct Walker<'a, V> {
     channels: Channels,
     /// Whether the definitions of the summary are among them.
     has_learned: bool,
-    /// Number of messages by channel.
-    counts: BTreeMap<u16, u64>,
-    /// Length and header of every chunk, by position.
-    chunks: BTreeMap<u64, (u64, ChunkHeader)>,
+    /// The index and the statistics that the file should have.
+    index: FileIndex,
     /// Entries of the last chunk that its message indexes must list.
     awaited: BTreeMap<u16, Vec<MessageIndexEntry>>,
-    /// Number of chunks in the index, and of those at wrong positions.
-    indexed: [u64; 2],
 }
 
 impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
@@ -143,6 +140,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
                 let _ = self.damaged(error.to_string(), None);
             }
         }
+        self.structure.silent_topics = self.index.silent_topics();
         Ok(self.structure)
     }
 
@@ -159,31 +157,52 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             self.awaited.clear();
             self.damaged("the message indexes of the previous chunk are incomplete".to_owned(), None)?;
         }
-        match record.parse() {
-            Ok(Record::Chunk { header, .. }) => self.chunk(header, record.data),
-            Ok(Record::MessageIndex(index)) => self.message_index(index),
-            Ok(Record::ChunkIndex(index)) => {
-                let there = self.is_there(&index);
-                self.indexed[0] += 1;
-                self.indexed[1] += u64::from(!there);
-                WalkFlow::Continue(())
+        let parsed = match record.parse() {
+            Ok(parsed) => parsed,
+            Err(error) => return self.damaged(in_words(&error), None),
+        };
+        self.index.definition(&parsed);
+        match parsed {
+            Record::Chunk { header, .. } => self.chunk(header, record),
+            Record::MessageIndex(index) => self.message_index(record, index),
+            Record::Metadata(metadata) => {
+                self.index.metadata(record, &metadata.name);
+                (self.visit)(WalkItem::Metadata(&metadata.name, &metadata.metadata), self.position)
             }
-            Ok(Record::Statistics(statistics)) => self.statistics(&statistics),
-            Ok(Record::Metadata(metadata)) => (self.visit)(WalkItem::Metadata(&metadata.name, &metadata.metadata), self.position),
-            Ok(Record::Attachment { header, data, .. }) => (self.visit)(WalkItem::Attachment(&header.name, &data), self.position),
-            Ok(Record::Footer(_)) => self.footer(),
-            Ok(Record::Message { .. }) => self.damaged("a message outside of any chunk".to_owned(), None),
-            Ok(_) => WalkFlow::Continue(()),
-            Err(error) => self.damaged(in_words(&error), None),
+            Record::Attachment { header, data, .. } => {
+                self.index.attachment(record, &header, data.len());
+                (self.visit)(WalkItem::Attachment(&header.name, &data), self.position)
+            }
+            Record::Message { .. } => self.damaged("a message outside of any chunk".to_owned(), None),
+            Record::Footer(footer) => self.fault(self.index.fault(&footer)),
+            summary => {
+                self.index.summary(record, &summary);
+                let fault = match summary {
+                    Record::Statistics(stated) => self.index.fault_of_statistics(&stated, self.structure.damage.is_empty()),
+                    Record::Schema { header, data } => {
+                        self.channels.add_schema(header, &data).err().map(|error| in_words(&error))
+                    }
+                    Record::Channel(channel) => self.channels.add_channel(channel).err().map(|error| in_words(&error)),
+                    _ => None,
+                };
+                self.fault(fault)
+            }
         }
     }
 
-    fn chunk(&mut self, header: ChunkHeader, body: &[u8]) -> WalkFlow {
+    fn fault(&mut self, what: Option<String>) -> WalkFlow {
+        what.map_or(WalkFlow::Continue(()), |what| self.damaged(what, None))
+    }
+
+    fn chunk(&mut self, header: ChunkHeader, record: &RawRecord<'_>) -> WalkFlow {
         let times = [header.message_start_time, header.message_end_time];
-        self.chunks.insert(self.position, ((RECORD_HEAD + body.len()) as u64, header));
+        self.index.chunk(record, header);
         let (mut messages, mut index) = (Vec::new(), BTreeMap::<u16, Vec<MessageIndexEntry>>::new());
-        let read = Chunk::bounded(body).and_then(|mut chunk| {
+        let read = Chunk::bounded(record.data).and_then(|mut chunk| {
             chunk.find(|record| {
+                if matches!(record.opcode, op::SCHEMA | op::CHANNEL) {
+                    self.index.definition(&record.parse()?);
+                }
                 if let Some(message) = record.message(&mut self.channels)? {
                     let entry = MessageIndexEntry { log_time: message.log_time, offset: record.at };
                     index.entry(message.channel.id).or_default().push(entry);
@@ -198,8 +217,9 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
         }
         self.structure.chunks += 1;
         self.structure.messages += messages.len() as u64;
+        let fault = self.index.messages(&messages);
+        self.fault(fault)?;
         for message in &messages {
-            *self.counts.entry(message.channel.id).or_default() += 1;
             (self.visit)(WalkItem::Message(message), self.position)?;
         }
         self.awaited = index;
@@ -212,6 +232,7 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             return;
         }
         for record in open(self.path).ok().and_then(|mut file| summary(&mut file)).into_iter().flatten() {
+            self.index.definition(&record);
             // A definition that contradicts one that was read changes nothing.
             let _ = match record {
                 Record::Schema { header, data } => self.channels.add_schema(header, &data),
@@ -236,7 +257,9 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
         Ok(())
     }
 
-    fn message_index(&mut self, index: MessageIndex) -> WalkFlow {
+    fn message_index(&mut self, record: &RawRecord<'_>, index: MessageIndex) -> WalkFlow {
+        let fault = self.index.message_index(record, &index);
+        self.fault(fault)?;
         let expected = self.awaited.remove(&index.channel_id);
         // After an unreadable chunk, no message index is expected.
         let after_damage = self.structure.damage.last().is_some_and(|damage| damage.lost_ns.is_some());
@@ -244,35 +267,6 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
             return WalkFlow::Continue(());
         }
         self.damaged("a message index does not fit the previous chunk".to_owned(), None)
-    }
-
-    fn is_there(&self, index: &ChunkIndex) -> bool {
-        self.chunks.get(&index.chunk_start_offset).is_some_and(|(length, header)| {
-            *length == index.chunk_length
-                && header.message_start_time == index.message_start_time
-                && header.message_end_time == index.message_end_time
-                && header.compression == index.compression
-                && header.compressed_size == index.compressed_size
-                && header.uncompressed_size == index.uncompressed_size
-        })
-    }
-
-    fn statistics(&mut self, stated: &Statistics) -> WalkFlow {
-        let stated_counts: BTreeMap<u16, u64> =
-            stated.channel_message_counts.iter().filter(|(_, count)| **count > 0).map(|(id, count)| (*id, *count)).collect();
-        if stated.message_count == self.structure.messages && stated_counts == self.counts {
-            return WalkFlow::Continue(());
-        }
-        let (stated, found) = (stated.message_count, self.structure.messages);
-        self.damaged(format!("the statistics state {stated} messages, but {found} are readable"), None)
-    }
-
-    fn footer(&mut self) -> WalkFlow {
-        let (chunks, [indexed, misplaced]) = (self.chunks.len() as u64, self.indexed);
-        if indexed == chunks && misplaced == 0 {
-            return WalkFlow::Continue(());
-        }
-        self.damaged(format!("the index lists {indexed} of {chunks} chunks, {misplaced} of them at wrong positions"), None)
     }
 }
 

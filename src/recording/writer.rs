@@ -20,7 +20,7 @@ use crate::whole_file::not_made;
 use crate::wire;
 
 /// Size at which a chunk is closed before it is due, bytes.
-const CHUNK_BYTES: u64 = 256 * 1024;
+pub(super) const CHUNK_BYTES: u64 = 256 * 1024;
 
 /// A finished recording or table.
 #[derive(Debug, Clone, PartialEq, Eq)]

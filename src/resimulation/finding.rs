@@ -66,6 +66,9 @@ pub enum Finding {
         /// The fault, in words.
         what: String,
     },
+    /// A record that stands once in a recording is there again, so that it is not known which one is meant.
+    #[error("{0} is there more than once")]
+    Repeated(&'static str),
     /// The sequence numbers of a topic jump or repeat.
     #[error("{topic}: message number {found} comes where number {expected} was due{}", other_jumps(*.others))]
     Sequence {

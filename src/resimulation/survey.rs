@@ -11,7 +11,7 @@ use super::recorded_session::RecordedSession;
 use super::run_track::RunTrack;
 use super::timeline::Timeline;
 use crate::recording::{
-    EndReason, RecordedMessage, RecordingEnd, RecordingError, Structure, WalkFlow, WalkItem, nanoseconds, walk,
+    EndReason, METADATA, RecordedMessage, RecordingEnd, RecordingError, SCENE, Structure, WalkFlow, WalkItem, nanoseconds, walk,
 };
 use crate::wire::{Gap, Message, Stamp, Topic};
 
@@ -47,6 +47,8 @@ pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result
             WalkItem::Message(message) => reading.message(message),
             WalkItem::Damage(damage) if damage.lost_ns.is_some() => reading.damaged(),
             WalkItem::Metadata(RECOVERED, _) => reading.recovered = true,
+            WalkItem::Metadata(METADATA, _) => reading.metadata += 1,
+            WalkItem::Attachment(SCENE, _) => reading.scenes += 1,
             WalkItem::Metadata(name, entries) => reading.ends.extend(RecordingEnd::of(name, entries)),
             _ => {}
         }
@@ -74,6 +76,9 @@ struct Reading<'a> {
     ends: Vec<RecordingEnd>,
     recovered: bool,
     is_damaged: bool,
+    /// Numbers of metadata records of a session, and of scenes: one each.
+    metadata: u64,
+    scenes: u64,
 }
 
 impl<'a> Reading<'a> {
@@ -93,6 +98,8 @@ impl<'a> Reading<'a> {
             ends: Vec::new(),
             recovered: false,
             is_damaged: false,
+            metadata: 0,
+            scenes: 0,
         }
     }
 
@@ -204,6 +211,7 @@ impl<'a> Reading<'a> {
 
     fn conclude(self, structure: Structure) -> Survey {
         let (end, recovered) = (self.end(&structure), self.lossy_recovery());
+        let repeated = [("the metadata of a session", self.metadata), ("scene.toml", self.scenes)];
         let Reading { source, mut survey, holes, channels, of_run, .. } = self;
         let Survey { findings, breaks, gaps, .. } = &mut survey;
         let (missing, lost) = holes.into_findings(gaps, recovered.is_some(), source.is_what_if());
@@ -213,6 +221,10 @@ impl<'a> Reading<'a> {
         findings.extend(dropped(gaps, &missing, source.is_what_if()));
         findings.extend(missing);
         findings.extend(channels.into_findings(recovered.is_some()));
+        findings.extend(repeated.into_iter().filter(|(_, count)| *count > 1).map(|(what, _)| Finding::Repeated(what)));
+        let is_whole = structure.damage.is_empty() && structure.cut_off.is_none();
+        let silent = structure.silent_topics.iter().filter(|_| is_whole);
+        findings.extend(silent.map(|topic| Finding::Channel { topic: topic.clone(), what: "it has no message".to_owned() }));
         findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
         findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
         findings.extend(end);

@@ -60,6 +60,7 @@ fn unstamped(entry: &mut Entry) {
 
 /// Names and changes.
 pub const FORGERIES: &[Forgery] = &[
+    ("the session's metadata twice", |all, n| all.metadata.insert(n % 2, all.metadata[0].clone())),
     ("a message removed", |all, n| _ = all.messages.remove(n)),
     ("a message removed, counts right", |all, n| {
         let is_report = ["overruns", "gaps", "scene_updates"].contains(&all.messages[n].chunk());

@@ -5,6 +5,7 @@
 mod common;
 mod fields;
 mod forgeries;
+mod index;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -144,7 +145,7 @@ fn regress_the_checkpoint_at_the_end_is_missed_beside_one_of_the_same_step() -> 
 }
 
 /// All kinds of findings.
-const KINDS: [&str; 21] = [
+const KINDS: [&str; 22] = [
     "Channel",
     "Contradiction",
     "CutOff",
@@ -161,6 +162,7 @@ const KINDS: [&str; 21] = [
     "Physics",
     "Recovered",
     "Refused",
+    "Repeated",
     "ResimulationFault",
     "SceneChanged",
     "Sequence",

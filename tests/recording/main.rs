@@ -12,5 +12,6 @@ mod limited;
 mod mutated;
 mod parts;
 mod recovered;
+mod recovered_chunks;
 mod refused;
 mod samples;

@@ -13,7 +13,7 @@ use crate::common::rewritten::{Contents, as_is, rewritten};
 use crate::common::{Outcome, Service, scene};
 
 /// A recording of `seconds` in a folder, and its bytes.
-fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
+pub fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
     let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(seconds), PublishRate::All)?.finish()?;
     let bytes = std::fs::read(folder.path().join("run.mcap"))?;
     Ok((folder, bytes))
@@ -26,11 +26,11 @@ fn known(message: RecordedMessage) -> Known {
     (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
 }
 
-fn messages(file: &Path) -> Result<Vec<Known>, RecordingError> {
+pub fn messages(file: &Path) -> Result<Vec<Known>, RecordingError> {
     Messages::open(file)?.map(|message| message.map(known)).collect()
 }
 
-fn repaired(folder: &Path, bytes: &[u8]) -> Outcome<(Recovered, PathBuf)> {
+pub fn repaired(folder: &Path, bytes: &[u8]) -> Outcome<(Recovered, PathBuf)> {
     let (broken, whole) = (folder.join("broken.mcap"), folder.join("whole.mcap"));
     std::fs::write(&broken, bytes)?;
     if whole.exists() {
@@ -40,7 +40,7 @@ fn repaired(folder: &Path, bytes: &[u8]) -> Outcome<(Recovered, PathBuf)> {
 }
 
 /// Positions of the chunks.
-fn chunks(bytes: &[u8]) -> Outcome<Vec<std::ops::Range<usize>>> {
+pub fn chunks(bytes: &[u8]) -> Outcome<Vec<std::ops::Range<usize>>> {
     let summary = mcap::Summary::read(bytes)?.ok_or("no summary")?;
     let range = |chunk: &mcap::records::ChunkIndex| {
         chunk.chunk_start_offset as usize..(chunk.chunk_start_offset + chunk.chunk_length) as usize

@@ -148,7 +148,8 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
     let ends = salvage.statistics.as_ref().filter(|_| !loss.messages.is_empty()).map_or(0, |statistics| {
         first.saturating_sub(statistics.message_start_time) + statistics.message_end_time.saturating_sub(last)
     });
-    loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
+    let jumps = if loss.messages.is_empty() { 0 } else { salvage.jump_ns };
+    loss.seconds = (salvage.hole_ns + jumps + ends) as f64 * 1e-9;
     loss.anonymous = salvage.is_anonymous();
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());

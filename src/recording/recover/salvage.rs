@@ -10,11 +10,18 @@ use mcap::{Attachment, McapResult, Writer};
 
 use crate::recording::definitions::DefinitionsSize;
 use crate::recording::end::END;
+use crate::recording::format::{RECORD_HEAD, RECORD_LIMIT};
 use crate::recording::parse::parse;
 use crate::recording::records::Chunk;
-use crate::recording::writer::options;
+use crate::recording::writer::{CHUNK_BYTES, options};
 use crate::recording::{RecordingError, build_info, session_info};
 use crate::whole_file::WholeFile;
+
+/// Longest message that can be saved, bytes: its chunk is at most as long as readers take, even if it does not compress. LZ4 then needs
+/// less than a 256th more.
+const LONGEST_MESSAGE: u64 = RECORD_LIMIT - RECORD_LIMIT / 128;
+/// Length of a message record beside its data, bytes.
+const MESSAGE_BYTES: u64 = RECORD_HEAD as u64 + 22;
 
 /// Name of the metadata record that states what a file was recovered from.
 const METADATA: &str = "flexcrank-recovered";
@@ -27,11 +34,15 @@ pub(super) struct Tally {
     pub stated: Option<u64>,
     /// One more than the largest sequence number.
     pub counted: u64,
+    /// Log time of the last message, ns.
+    last_ns: u64,
 }
 
 /// The new file, and what is known of the damaged one.
 pub(super) struct Salvage {
     mcap: Writer<NoSeek<BufWriter<WholeFile>>>,
+    /// Messages in the open chunk, bytes.
+    open_bytes: u64,
     schemas: HashMap<u16, (records::SchemaHeader, Vec<u8>)>,
     channels: HashMap<u16, records::Channel>,
     definitions: DefinitionsSize,
@@ -49,6 +60,10 @@ pub(super) struct Salvage {
     pub span_ns: Option<(u64, u64)>,
     /// Recorded time without any messages, ns.
     pub hole_ns: u64,
+    /// The same where only the numbers of messages tell that some are missing.
+    pub jump_ns: u64,
+    /// Log time of the message behind the last of these, ns.
+    hole_end_ns: u64,
     /// Whether messages are missing just before the next one.
     pub in_hole: bool,
     /// Whether flexcrank's metadata and the scene were found.
@@ -64,6 +79,7 @@ impl Salvage {
         let file = BufWriter::new(WholeFile::create(path).map_err(RecordingError::file(path))?);
         Ok(Salvage {
             mcap: options().create(NoSeek::new(file)).map_err(RecordingError::mcap(path))?,
+            open_bytes: 0,
             schemas: HashMap::new(),
             channels: HashMap::new(),
             definitions: DefinitionsSize::default(),
@@ -75,6 +91,8 @@ impl Salvage {
             orphans: 0,
             span_ns: None,
             hole_ns: 0,
+            jump_ns: 0,
+            hole_end_ns: 0,
             in_hole: false,
             has_metadata: false,
             has_scene: false,
@@ -170,7 +188,7 @@ impl Salvage {
             Record::Header(header) => self.ours = header.library.starts_with("flexcrank"),
             Record::Message { header, data } => {
                 self.has_end = false;
-                self.take_message(header, &data)?;
+                return self.take_message(header, &data);
             }
             Record::Metadata(metadata) => {
                 self.has_end |= metadata.name == END;
@@ -192,26 +210,47 @@ impl Salvage {
         Ok(true)
     }
 
-    fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<()> {
+    /// Adds a message; returns `false` if it is too long for a chunk that can be read again.
+    fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<bool> {
         let Some(channel_id) = self.channel_id(header.channel_id)? else {
             self.orphans += 1;
-            return Ok(());
+            return Ok(true);
         };
-        self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
-        if let Some(channel) = self.channels.get(&header.channel_id) {
-            let tally = match self.tallies.get_mut(&channel.topic) {
-                Some(tally) => tally,
-                None => self.tallies.entry(channel.topic.clone()).or_default(),
-            };
-            tally.saved += 1;
-            tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
+        let bytes = MESSAGE_BYTES + data.len() as u64;
+        if bytes > LONGEST_MESSAGE {
+            return Ok(false);
         }
+        if self.open_bytes + bytes > CHUNK_BYTES {
+            self.mcap.flush()?;
+            self.open_bytes = 0;
+        }
+        self.open_bytes += bytes;
+        self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
+        let jumps = self.count(&header);
         let (first, last) = self.span_ns.unwrap_or((header.log_time, header.log_time));
-        if std::mem::take(&mut self.in_hole) {
-            self.hole_ns += header.log_time.saturating_sub(last);
+        let gap_ns = header.log_time.saturating_sub(last);
+        let is_hole = std::mem::take(&mut self.in_hole);
+        self.hole_ns += if is_hole { gap_ns } else { 0 };
+        self.jump_ns += if jumps && !is_hole { gap_ns } else { 0 };
+        if is_hole || jumps {
+            self.hole_end_ns = header.log_time;
         }
         self.span_ns = Some((first.min(header.log_time), last.max(header.log_time)));
-        Ok(())
+        Ok(true)
+    }
+
+    /// Counts a message. Returns whether messages of its topic are missing before it, and those of no other topic told of the same hole.
+    fn count(&mut self, header: &records::MessageHeader) -> bool {
+        let Some(channel) = self.channels.get(&header.channel_id) else { return false };
+        let tally = match self.tallies.get_mut(&channel.topic) {
+            Some(tally) => tally,
+            None => self.tallies.entry(channel.topic.clone()).or_default(),
+        };
+        let before = *tally;
+        tally.saved += 1;
+        tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
+        tally.last_ns = header.log_time;
+        self.ours && u64::from(header.sequence) > before.counted && before.last_ns >= self.hole_end_ns
     }
 
     /// The new file's id for a channel; `None` if the channel is unknown.
