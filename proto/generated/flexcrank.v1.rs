@@ -915,7 +915,8 @@ pub struct CommandReply {
     /// The first step that the command affects.
     #[prost(uint64, tag = "4")]
     pub effective_step: u64,
-    /// Simulated time at the start of that step; from a replay, recorded time.
+    /// Simulated time at which it takes effect: the start of that step, or the beginning of a pulse within it; from a replay, recorded
+    /// time.
     #[prost(double, tag = "5")]
     pub effective_sim_time_s: f64,
     /// Energy that a change of the scene brought in; absent for other commands.

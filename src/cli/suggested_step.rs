@@ -38,6 +38,8 @@ enum Verdict {
     Inexact(LargeError),
     /// A run with it is right but for a short load of the slider, which it may jump over: the longest step that shows it, s, and why.
     Coarse(f64, String),
+    /// A run with it took too long to reach the time at which the scene's own diverged, s.
+    Unknown { diverged_s: f64 },
     /// It suffices, until the time at which a run that took too long was ended, s.
     Sufficient { cut_off_s: Option<f64> },
 }
@@ -65,12 +67,19 @@ pub(super) fn suggested_step(
 /// The first step that suffices, of `first_s` and its halves as far as the time of a run allows, with the reason for `first_s` and
 /// for halving it. If none suffices, it is the scene's own if that does, or else the longest one that keeps the energy balance.
 fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f64, mut reason: String) -> (Option<f64>, String) {
-    let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, first_s);
+    let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, None);
     let mut balanced: Option<(f64, LargeError)> = None;
     let mut enough = MOST_TRIES;
+    let mut unknown = None;
     for tries in 1.. {
-        tried_s = step_s;
-        match own.judge(scene, step_s, length) {
+        let verdict = own.judge(scene, step_s, length);
+        if let Verdict::Unknown { diverged_s } = verdict {
+            let time = figure(diverged_s);
+            unknown = Some(format!("a run with {step_s} s takes too long to reach {time} s, where the scene's own diverged"));
+            break;
+        }
+        tried_s = Some(step_s);
+        match verdict {
             Verdict::Sufficient { cut_off_s } => {
                 if let Some((longer_s, error)) = balanced {
                     let does = if longer_s == first_s { "would suffice for that" } else { "keeps the balance" };
@@ -103,7 +112,7 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
             Verdict::Unbalanced if step_s == first_s => {
                 reason += &format!("; {first_s} s would suffice for that, but diverges or does not keep the energy balance");
             }
-            Verdict::Unstable | Verdict::Unbalanced => {}
+            Verdict::Unstable | Verdict::Unbalanced | Verdict::Unknown { .. } => {}
         }
         if tries >= enough || begun.elapsed() >= length.longest {
             break;
@@ -114,8 +123,11 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
         Some((longest_s, error)) => (*longest_s, format!("has a step error of at most {}", error.limit())),
         None => (first_s, "keeps the energy balance".to_owned()),
     };
-    let from = if tried_s < from_s { format!("from {from_s} s ") } else { String::new() };
-    let none = format!("no step {from}down to {tried_s} s {quality}");
+    let no_step = tried_s.map(|tried_s| {
+        let from = if tried_s < from_s { format!("from {from_s} s ") } else { String::new() };
+        format!("no step {from}down to {tried_s} s {quality}")
+    });
+    let none = no_step.into_iter().chain(unknown).collect::<Vec<_>>().join("; ");
     match (own.verdict(scene), balanced) {
         (Verdict::Sufficient { cut_off_s: None }, _) | (Verdict::Inexact(_) | Verdict::Coarse(..), None) => {
             (Some(scene.solver.step_s), format!("the scene's own: {none}"))
@@ -129,7 +141,7 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
             (Some(scene.solver.step_s), format!("the scene's own: {none}"))
         }
         (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
-        (Verdict::Unstable | Verdict::Unbalanced, None) => (None, none),
+        (Verdict::Unstable | Verdict::Unbalanced | Verdict::Unknown { .. }, None) => (None, none),
     }
 }
 
@@ -155,6 +167,12 @@ impl OwnRun<'_> {
             && self.trial.verdict.is_ok()
             && self.trial.cut_off_s.is_none()
             && self.step_error.is_some_and(|error| error.too_large().is_none() && error.half_diverged_s.is_none());
+        if let (Err(own), Some(cut_off_s)) = (&self.trial.verdict, trial.cut_off_s)
+            && is_kept(&trial.verdict)
+            && cut_off_s <= own.sim_time_s
+        {
+            return Verdict::Unknown { diverged_s: own.sim_time_s };
+        }
         let step_error = if is_kept(&trial.verdict) && !is_exact { StepError::of(&other, &trial, length) } else { None };
         verdict(&other, &trial, step_error)
     }
@@ -346,6 +364,21 @@ angle_rad = -1.5707963267948966
             assert_eq!(found_s, Some(suggested_s), "{reason}");
             assert!(reason.starts_with("at least 12 steps per ") && reason.ends_with(&format!(" s){remark}")), "{reason}");
         }
+        Ok(())
+    }
+
+    /// A run that was cut off before the scene's own diverged counted as one that keeps its balance.
+    #[test]
+    fn regress_a_step_is_not_suggested_whose_run_does_not_reach_a_divergence() -> Tested {
+        let soft = ["rod.youngs_modulus_pa=7e4", "rod.density_kg_per_m3=2.7"].map(str::to_owned);
+        let scene = SceneSource::open("crank-slider", &soft)?.scene;
+        let length = RunLength { until_s: 1.0, longest: Duration::from_secs(20) };
+        let trial = Trial::of(&mut Simulation::new(&scene)?, length, Duration::ZERO);
+        let own = OwnRun { trial: &trial, step_error: None };
+        let none = "a run with 0.01 s takes too long to reach 0.562 s, where the scene's own diverged";
+        // One step of each run.
+        let length = RunLength { longest: Duration::ZERO, ..length };
+        assert_eq!(suggested_step(&scene, None, own, length), (None, none.to_owned()));
         Ok(())
     }
 
