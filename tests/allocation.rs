@@ -1,12 +1,24 @@
 //! No allocation after start-up, in any model, with any integrator that suits it.
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
-use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
+use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource, builtin};
 use flexcrank::simulation::{SetpointRequest, Simulation};
 
 const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
 
-/// Allocations of the default scene's first 200 steps, each observed.
+/// Allocations of a scene's first 200 steps, each observed.
+fn of_scene(name: &str, overrides: &[String]) -> u64 {
+    let mut run = Simulation::new(&SceneSource::open(name, overrides).unwrap().scene).unwrap();
+    let counted = allocation_counter::measure(|| {
+        for _ in 0..200 {
+            run.step().unwrap();
+            run.observe().unwrap();
+        }
+    });
+    counted.count_total
+}
+
+/// Those of the default scene with another model.
 fn allocations(model: ModelKind, integrator: IntegratorKind, elements: u32) -> u64 {
     let mut overrides = vec![
         format!("solver.model={}", model.as_str()),
@@ -18,14 +30,25 @@ fn allocations(model: ModelKind, integrator: IntegratorKind, elements: u32) -> u
         // The links' stretch asks for it.
         overrides.push("solver.step_s=1e-5".to_owned());
     }
-    let mut run = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
-    let counted = allocation_counter::measure(|| {
-        for _ in 0..200 {
-            run.step().unwrap();
-            run.observe().unwrap();
-        }
-    });
-    counted.count_total
+    of_scene("crank-slider", &overrides)
+}
+
+/// Oscillators, beams, single links, and what prescribes a motion or a load.
+#[test]
+fn regress_no_scene_allocates_in_a_step() {
+    for scene in builtin::BUILTIN {
+        assert_eq!(of_scene(scene.name, &[]), 0, "{}", scene.name);
+    }
+    for given in [
+        "drive={ speed_rad_per_s = 20.0 }",
+        "drive={ ramp = { to_rad_per_s = 20.0, over_s = 0.1 } }",
+        "drive={ table = [[0, 0], [0.1, 1], [0.3, 2], [0.6, 3]] }",
+        "slider.resistance_table=[[0.0, 10], [1.0, 50], [2.0, 0]]",
+        "gravity.y_m_per_s2=-9.81",
+    ] {
+        let overrides = ["pulse=[]", given].map(str::to_owned);
+        assert_eq!(of_scene("crank-slider", &overrides), 0, "{given}");
+    }
 }
 
 #[test]
