@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::{must_have_folder, must_suit_recording};
+use super::formatting::counted;
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 use crate::shown::shown_name;
@@ -34,7 +35,7 @@ pub(super) fn recover(args: &Args) -> CommandResult {
     });
     bar.finish_and_clear();
     let Recovered { messages, unchecked, span_s, loss } = recovered?;
-    say!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
+    say!("recovered {}, {span_s:.3} s, to {}", counted(messages, "message"), args.output.display());
     if unchecked > 0 {
         say!("unchecked: the last {unchecked} of them come from a chunk that was cut off, so no checksum covers them");
     }
@@ -51,17 +52,20 @@ pub(super) fn recover(args: &Args) -> CommandResult {
 fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
     let mut lines = Vec::new();
     let places = match loss.places {
-        0 => "though no place is damaged".to_owned(),
-        1 => "damaged in 1 place".to_owned(),
-        several => format!("damaged in {several} places"),
+        0 => String::new(),
+        1 => ", damaged in 1 place".to_owned(),
+        several => format!(", damaged in {several} places"),
     };
     let total: u64 = loss.messages.values().sum();
     if loss.places > 0 || total > 0 {
         let count =
-            if loss.counted || total > 0 { format!("{total} messages") } else { "an unknown number of messages".to_owned() };
-        lines.push(format!("{count} and {:.3} s, {places}", loss.seconds));
+            if loss.counted || total > 0 { counted(total, "message") } else { "an unknown number of messages".to_owned() };
+        lines.push(format!("{count} and {:.3} s{places}", loss.seconds));
     }
     lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {}", shown_name(topic))));
+    if loss.too_long > 0 {
+        lines.push(format!("  {} of them longer than the 64 MiB of a chunk", loss.too_long));
+    }
     if loss.orphans > 0 {
         lines.push(format!("{} messages whose topic is unknown", loss.orphans));
     }

@@ -36,7 +36,7 @@ pub enum RecordingError {
         cause: mcap::McapError,
     },
     /// A chunk has messages of other times than its index states.
-    #[error("{}: the index states other times of the chunk at byte {at} than those of its messages; `flexcrank recover` writes a right one", path.display())]
+    #[error("{}: the index states other times of the chunk at byte {at} than those of its messages; `flexcrank recover` writes a right index", path.display())]
     ChunkTimes {
         /// The file.
         path: PathBuf,
@@ -65,6 +65,9 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
     },
+    /// No message fits a chunk, so that nothing can be recovered.
+    #[error("{}: each message is longer than the 64 MiB of a chunk: nothing can be saved", .0.display())]
+    TooLong(PathBuf),
     /// No topic can be decoded.
     #[error("{}: no topic is protobuf, so none can be decoded: {}", path.display(), shown_names(topics))]
     Foreign {

@@ -1,4 +1,4 @@
-//! The index and the statistics of a file, computed from its records, beside those that it states. Memory does not grow with the file.
+//! The index and the statistics of a file, computed from its records, beside those that it states. Memory grows with the topics alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -38,8 +38,9 @@ impl Listing {
     fn fault(&self, what: &str) -> Option<String> {
         let Listing { there, listed, .. } = self;
         match listed == there {
-            false => Some(format!("the index lists {listed} of {there} {what}")),
-            true => (self.listed_sum != self.there_sum).then(|| format!("the index of {what} states other places or properties")),
+            false => Some(format!("the index lists {listed} {what}, but the file has {there}")),
+            true => (self.listed_sum != self.there_sum)
+                .then(|| format!("the index states other places or properties of {what} than they have")),
         }
     }
 }
@@ -61,11 +62,13 @@ pub(super) struct FileIndex {
     /// Topics by the id of their channels.
     topics: BTreeMap<u16, String>,
     schemas: BTreeSet<u16>,
-    /// Number of messages by channel.
+    /// Number of messages, and those of each channel.
+    messages: u64,
     counts: BTreeMap<u16, u64>,
     /// Earliest and latest log time, ns.
     span_ns: Option<[u64; 2]>,
     has_data_end: bool,
+    has_statistics: bool,
     /// Like records behind the end of the data, by kind.
     groups: BTreeMap<u8, SummaryOffset>,
     /// Position of the first stated group; 0 if there is none. Whether one is stated wrongly.
@@ -98,6 +101,7 @@ impl FileIndex {
 
     /// Notes the messages of the last chunk. Returns its fault: log times that are not those of its messages.
     pub fn messages(&mut self, messages: &[RecordedMessage]) -> Option<String> {
+        self.messages += messages.len() as u64;
         for message in messages {
             *self.counts.entry(message.channel.id).or_default() += 1;
             self.topics.entry(message.channel.id).or_insert_with(|| shortened(&message.channel.topic));
@@ -122,12 +126,10 @@ impl FileIndex {
 
     /// Notes the index of a channel's messages in the last chunk. Returns its fault: there is no chunk.
     pub fn message_index(&mut self, record: &RawRecord<'_>, index: &MessageIndex) -> Option<String> {
-        let Some(chunk) = &mut self.chunk else { return Some("a message index comes before any chunk".to_owned()) };
+        let Some(chunk) = &mut self.chunk else { return Some("a message index belongs to no chunk".to_owned()) };
         let [at, length] = extent(record);
         chunk.message_index_length = chunk.message_index_length.saturating_add(length);
-        if !index.records.is_empty() {
-            chunk.message_index_offsets.insert(index.channel_id, at);
-        }
+        chunk.message_index_offsets.insert(index.channel_id, at);
         None
     }
 
@@ -152,7 +154,9 @@ impl FileIndex {
             }
             Record::SummaryOffset(group) => {
                 self.groups_start = if self.groups_start == 0 { at } else { self.groups_start };
-                self.has_wrong_group |= self.groups.get(&group.group_opcode) != Some(group);
+                // Some programs also state where records would be that they did not write.
+                let fits = self.groups.get(&group.group_opcode).map_or(group.group_length == 0, |there| there == group);
+                self.has_wrong_group |= !fits;
                 return;
             }
             Record::ChunkIndex(index) => self.chunks.listed(of_chunk(index)),
@@ -173,10 +177,11 @@ impl FileIndex {
     pub fn fault(&self, footer: &Footer) -> Option<String> {
         let optional = |listing: &Listing, what: &str| listing.fault(what).filter(|_| listing.listed > 0);
         let of_groups = || {
-            let summary_start = self.groups.values().map(|group| group.group_start).min().unwrap_or(0);
-            let stated = [footer.summary_start, footer.summary_offset_start];
-            let fits = !self.has_wrong_group && stated == [summary_start, self.groups_start];
-            (!fits).then(|| "the footer or the offsets of the summary are wrong".to_owned())
+            let first = self.groups.values().map(|group| group.group_start).min();
+            let starts_there = first.is_none_or(|start| start == footer.summary_start);
+            let offsets_there = self.groups_start == 0 || self.groups_start == footer.summary_offset_start;
+            let fits = !self.has_wrong_group && starts_there && offsets_there;
+            (!fits).then(|| "the footer states other places in the index than it has".to_owned())
         };
         (self.chunks.fault("chunks"))
             .or_else(|| optional(&self.attachments, "attachments"))
@@ -185,7 +190,10 @@ impl FileIndex {
     }
 
     /// The fault of the statistics, if they have one. `is_whole`: nothing that was read is damaged.
-    pub fn fault_of_statistics(&self, stated: &Statistics, is_whole: bool) -> Option<String> {
+    pub fn fault_of_statistics(&mut self, stated: &Statistics, is_whole: bool) -> Option<String> {
+        if std::mem::replace(&mut self.has_statistics, true) {
+            return Some("the statistics are there more than once".to_owned());
+        }
         let [first, last] = self.span_ns.unwrap_or_default();
         let others = [
             (u64::from(stated.schema_count), self.schemas.len() as u64, "schemas"),
@@ -193,21 +201,26 @@ impl FileIndex {
             (u64::from(stated.attachment_count), self.attachments.there, "attachments"),
             (u64::from(stated.metadata_count), self.metadata.there, "metadata records"),
             (u64::from(stated.chunk_count), self.chunks.there, "chunks"),
-            (stated.message_start_time, first, "ns as the first log time"),
-            (stated.message_end_time, last, "ns as the last log time"),
         ];
+        let times = || {
+            let [from, to] = [stated.message_start_time, stated.message_end_time];
+            let what =
+                || format!("the statistics state log times from {from} to {to} ns, but the messages have {first} to {last} ns");
+            ([from, to] != [first, last]).then(what)
+        };
         let differs = |stated: u64, found: u64, what: &str| {
-            (stated != found).then(|| format!("the statistics state {stated} {what}, but the file has {found}"))
+            (stated != found).then(|| format!("the statistics state {stated} {what}, and {found} can be read"))
         };
         let of_channel = |id: &u16| {
             let [stated, found] =
                 [&stated.channel_message_counts, &self.counts].map(|counts| counts.get(id).copied().unwrap_or(0));
-            let topic = self.topics.get(id).map_or("a channel that is not there", String::as_str);
-            differs(stated, found, &format!("readable messages of {topic}"))
+            let topic = self.topics.get(id).map_or_else(|| format!("channel {id}, which is not there"), String::clone);
+            differs(stated, found, &format!("messages of {topic}"))
         };
-        differs(stated.message_count, self.counts.values().sum(), "readable messages")
+        let of_all = || others.into_iter().find_map(|(stated, found, what)| differs(stated, found, what)).or_else(times);
+        differs(stated.message_count, self.messages, "messages")
             .or_else(|| stated.channel_message_counts.keys().chain(self.counts.keys()).find_map(of_channel))
-            .or_else(|| others.into_iter().filter(|_| is_whole).find_map(|(stated, found, what)| differs(stated, found, what)))
+            .or_else(|| if is_whole { of_all() } else { None })
     }
 
     /// Topics that are defined, and have no message.

@@ -7,8 +7,11 @@ use std::sync::Arc;
 use mcap::records::MessageHeader;
 use mcap::{MAGIC, McapError, McapResult};
 
-/// Size limit of records and chunks, bytes. A file that states a larger one is refused.
-pub(super) const RECORD_LIMIT: u64 = 64 * 1024 * 1024;
+/// Size limit of the content of a chunk, bytes. A file that states a larger one is refused.
+pub(super) const CONTENT_LIMIT: u64 = 64 * 1024 * 1024;
+
+/// Size limit of a record, bytes: a chunk whose content does not compress is a little longer than that.
+pub(super) const RECORD_LIMIT: u64 = CONTENT_LIMIT + CONTENT_LIMIT / 128;
 
 /// Size of the opcode and length before every record, bytes.
 pub(super) const RECORD_HEAD: usize = 9;

@@ -12,8 +12,10 @@ enum RecordPart {
     Text,
     /// A length and that many bytes, all of them texts.
     Texts,
+    /// A length and that many bytes: whole entries of this size.
+    Entries(usize),
 }
-use RecordPart::{Fixed, Text, Texts};
+use RecordPart::{Entries, Fixed, Text, Texts};
 
 /// Parses a record.
 ///
@@ -26,7 +28,9 @@ pub(super) fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
         op::CHANNEL => &[Fixed(4), Text, Text, Texts],
         op::METADATA => &[Text, Texts],
         op::CHUNK => &[Fixed(28), Text],
-        op::CHUNK_INDEX => &[Fixed(32), Text, Fixed(8), Text],
+        op::MESSAGE_INDEX => &[Fixed(2), Entries(16)],
+        op::CHUNK_INDEX => &[Fixed(32), Entries(10), Fixed(8), Text],
+        op::STATISTICS => &[Fixed(42), Entries(10)],
         op::ATTACHMENT_INDEX => &[Fixed(40), Text, Text],
         op::METADATA_INDEX => &[Fixed(16), Text],
         // The library's parser panics without the length of the data and the checksum.
@@ -48,7 +52,9 @@ fn after(part: RecordPart, bytes: &[u8]) -> Option<&[u8]> {
     while matches!(part, Texts) && !content.is_empty() {
         content = after(Text, content)?;
     }
-    Some(rest)
+    // The library takes a part of an entry for a whole one.
+    let is_whole = !matches!(part, Entries(size) if !content.len().is_multiple_of(size));
+    is_whole.then_some(rest)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use mcap::records::{ChunkIndex, Record, op};
 use mcap::{McapError, McapResult};
 
 use super::definitions::Channels;
-use super::format::{RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
+use super::format::{CONTENT_LIMIT, RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
 use super::open::open;
 use super::reader::{Messages, is_cut_off};
 use super::records::Chunk;
@@ -18,7 +18,7 @@ use super::summary::summary;
 use super::{Channel, RecordingError};
 
 /// Memory limit of the messages that wait because chunks overlap in time, bytes.
-const WAITING_LIMIT: usize = 4 * RECORD_LIMIT as usize;
+const WAITING_LIMIT: usize = 4 * CONTENT_LIMIT as usize;
 /// Memory of a waiting message beside its data, bytes.
 const MESSAGE_BYTES: usize = 128;
 

@@ -8,7 +8,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
 use super::definitions::Channels;
-use super::format::{ChunkHead, RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
+use super::format::{CONTENT_LIMIT, ChunkHead, RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
 use super::parse::parse;
 
 /// Largest single read from a file, bytes, so that a wrong length allocates no memory.
@@ -114,12 +114,12 @@ impl<'a> Chunk<'a> {
     /// Opens the body of a complete chunk whose messages are kept together.
     ///
     /// # Errors
-    /// Fails as [`Chunk::open`], or if it states more content than [`RECORD_LIMIT`]: the library refuses that only with a checksum. It
+    /// Fails as [`Chunk::open`], or if it states more content than [`CONTENT_LIMIT`]: the library refuses that only with a checksum. It
     /// refuses content beyond what is stated.
     pub fn bounded(body: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
         let body = body.into();
         match ChunkHead::of(&body) {
-            Some(ChunkHead { size, .. }) if size > RECORD_LIMIT => Err(McapError::ChunkTooLarge(size)),
+            Some(ChunkHead { size, .. }) if size > CONTENT_LIMIT => Err(McapError::ChunkTooLarge(size)),
             _ => Chunk::open(body, false),
         }
     }
@@ -140,7 +140,7 @@ impl<'a> Chunk<'a> {
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(!is_cut)
-            .with_record_length_limit(RECORD_LIMIT as usize);
+            .with_record_length_limit(CONTENT_LIMIT as usize);
         let mut reader = LinearReader::new_with_options(options);
         let head = [&[op::CHUNK][..], &end.to_le_bytes()].concat();
         reader.insert(head.len()).copy_from_slice(&head);

@@ -1,5 +1,5 @@
 //! Walks a recording record by record, in file order, continues after damaged chunks, and checks everything the format allows to
-//! check. Memory is bounded by the largest chunk and the index.
+//! check. Memory is bounded by the largest chunk, the topics and the damage.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -258,8 +258,9 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<'_, V> {
     }
 
     fn message_index(&mut self, record: &RawRecord<'_>, index: MessageIndex) -> WalkFlow {
-        let fault = self.index.message_index(record, &index);
-        self.fault(fault)?;
+        if let Some(what) = self.index.message_index(record, &index) {
+            return self.damaged(what, None);
+        }
         let expected = self.awaited.remove(&index.channel_id);
         // After an unreadable chunk, no message index is expected.
         let after_damage = self.structure.damage.last().is_some_and(|damage| damage.lost_ns.is_some());

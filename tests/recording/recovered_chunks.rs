@@ -11,14 +11,16 @@ use crate::recovered::{chunks, messages, recording, repaired};
 
 const MIB: usize = 1024 * 1024;
 
-/// Writes messages into chunks of their own, recovers them, and returns the lengths of those that the new file has.
-fn saved(folder: &Path, name: &str, contents: &[Vec<u8>]) -> Outcome<(Recovered, Vec<usize>)> {
+/// Length of a message record beside its data, bytes.
+const MESSAGE: usize = 31;
+
+/// Writes messages with these options, recovers them, and returns the lengths of those that the new file has.
+fn saved(folder: &Path, name: &str, options: mcap::WriteOptions, contents: &[Vec<u8>]) -> Outcome<(Recovered, Vec<usize>)> {
     let [file, whole] = ["broken", "whole"].map(|kind| folder.join(format!("{kind}-{name}.mcap")));
-    let mut writer = mcap::WriteOptions::new().create(std::fs::File::create(&file)?)?;
+    let mut writer = options.create(std::fs::File::create(&file)?)?;
     let channel_id = writer.add_channel(0, "t", "json", &BTreeMap::new())?;
     for (sequence, data) in (0..).zip(contents) {
         writer.write_to_known_channel(&MessageHeader { channel_id, sequence, log_time: 0, publish_time: 0 }, data)?;
-        writer.flush()?;
     }
     writer.finish()?;
     let recovered = recover(&file, &whole, |_, _| {})?;
@@ -40,25 +42,31 @@ fn noise(length: usize) -> Vec<u8> {
 #[test]
 fn regress_the_new_file_holds_what_is_said_to_be_saved() -> Outcome {
     let folder = tempfile::tempdir()?;
-    let [small, large] = [1000, 63 * MIB];
+    let [small, large] = [1000, 64 * MIB - MESSAGE];
     for (name, contents) in [
         ("zeros", vec![vec![0; small], vec![0; large], vec![0; small]]),
         ("noise", vec![noise(small), noise(large)]),
         ("many", vec![vec![0; 16 * MIB]; 6]),
     ] {
-        let (recovered, lengths) = saved(folder.path(), name, &contents)?;
+        let chunks = mcap::WriteOptions::new().chunk_size(Some(1));
+        let (recovered, lengths) = saved(folder.path(), name, chunks, &contents)?;
         assert!(recovered.loss.is_none(), "{name}: {recovered:?}");
         assert_eq!(lengths, contents.iter().map(Vec::len).collect::<Vec<_>>(), "{name}");
     }
     Ok(())
 }
 
+/// One that is too long for a chunk, in one without a checksum, which is read nevertheless; the message behind it is saved.
 #[test]
 fn regress_a_message_too_long_for_a_chunk_is_lost_and_said() -> Outcome {
     let folder = tempfile::tempdir()?;
-    let (recovered, lengths) = saved(folder.path(), "longest", &[vec![0; 1000], vec![0; 64 * MIB - 100]])?;
+    let unchecked = || mcap::WriteOptions::new().chunk_size(None).calculate_chunk_crcs(false);
+    let long = vec![0; 64 * MIB - MESSAGE + 1];
+    let (recovered, lengths) = saved(folder.path(), "longest", unchecked(), &[long.clone(), vec![0; 1000]])?;
     assert_eq!((recovered.messages, lengths), (1, vec![1000]));
-    assert!(recovered.loss.places == 1 && recovered.loss.messages.get("t") == Some(&1), "{recovered:?}");
+    assert!(recovered.loss.too_long == 1 && recovered.loss.messages.get("t") == Some(&1), "{recovered:?}");
+    let alone = saved(folder.path(), "alone", unchecked(), &[long]).err().ok_or("saved")?.to_string();
+    assert!(alone.ends_with("each message is longer than the 64 MiB of a chunk: nothing can be saved"), "{alone}");
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! Recovery: makes a complete, indexed recording from one that was cut off, damaged, or lost its index.
 
+mod holes;
 mod salvage;
 mod scan;
 
@@ -41,6 +42,8 @@ pub struct Loss {
     pub counted: bool,
     /// Messages that belong to no known topic.
     pub orphans: u64,
+    /// Messages that no chunk can hold so that it is read again: of 64 MiB and more.
+    pub too_long: u64,
     /// Recorded time without messages around the losses, s. Time before the first or after the last message counts only if the
     /// statistics of the file cover it.
     pub seconds: f64,
@@ -65,7 +68,8 @@ impl Loss {
 /// `progress` is called with the bytes done and the total.
 ///
 /// # Errors
-/// [`RecordingError::Empty`] if no message can be recovered (no file is left then), [`RecordingError`] if a file cannot be read
+/// [`RecordingError::Empty`] if no message can be recovered (no file is left then), [`RecordingError::TooLong`] if none of
+/// them fits a chunk, [`RecordingError`] if a file cannot be read
 /// or written.
 pub fn recover(broken: &Path, output: &Path, progress: impl FnMut(u64, u64)) -> Result<Recovered, RecordingError> {
     if output.exists() {
@@ -100,7 +104,7 @@ fn run(
             }
         };
         if !sound {
-            salvage.in_hole = true;
+            salvage.holes.opens = true;
             // Damage after the end of the data concerns the index, which is rebuilt.
             loss.places += u64::from(!closed && !salvage.has_end);
         }
@@ -108,7 +112,7 @@ fn run(
     }
     // A file that is cut off behind the end of its recording lost no message.
     loss.cut_off = !closed && !salvage.has_end;
-    if loss.cut_off && salvage.in_hole {
+    if loss.cut_off && salvage.holes.opens {
         loss.places = loss.places.saturating_sub(1);
     }
     conclude(salvage, loss, (broken, output))
@@ -137,19 +141,26 @@ fn learn(salvage: &mut Salvage, broken: &Path) -> Result<(), RecordingError> {
 }
 
 fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Path)) -> Result<Recovered, RecordingError> {
-    let Some((first, last)) = salvage.span_ns else { return Err(RecordingError::empty(broken)) };
+    let Some((first, last)) = salvage.span_ns else {
+        return Err(if salvage.too_long > 0 {
+            RecordingError::TooLong(broken.to_owned())
+        } else {
+            RecordingError::empty(broken)
+        });
+    };
     salvage.compare_with_statistics();
     loss.orphans = salvage.orphans;
+    loss.too_long = salvage.too_long;
     let numbered = salvage.ours && loss.places > 0;
     loss.counted = salvage.statistics.is_some() || (numbered && !loss.cut_off);
-    let there_were = |tally: &Tally| tally.stated.unwrap_or(if numbered { tally.counted } else { tally.saved });
+    let there_were = |tally: &Tally| tally.stated.unwrap_or(if numbered { tally.counted } else { tally.saved + tally.too_long });
     let missing = |(topic, tally): (&String, &Tally)| (topic.clone(), there_were(tally).saturating_sub(tally.saved));
     loss.messages = salvage.tallies.iter().map(missing).filter(|(_, count)| *count > 0).collect();
     let ends = salvage.statistics.as_ref().filter(|_| !loss.messages.is_empty()).map_or(0, |statistics| {
         first.saturating_sub(statistics.message_start_time) + statistics.message_end_time.saturating_sub(last)
     });
-    let jumps = if loss.messages.is_empty() { 0 } else { salvage.jump_ns };
-    loss.seconds = (salvage.hole_ns + jumps + ends) as f64 * 1e-9;
+    let taken_out = if loss.messages.is_empty() { 0 } else { salvage.holes.taken_out_ns };
+    loss.seconds = (salvage.holes.damaged_ns + taken_out + ends) as f64 * 1e-9;
     loss.anonymous = salvage.is_anonymous();
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());

@@ -8,18 +8,16 @@ use mcap::records::{self, Record, op};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapResult, Writer};
 
+use super::holes::Holes;
 use crate::recording::definitions::DefinitionsSize;
 use crate::recording::end::END;
-use crate::recording::format::{RECORD_HEAD, RECORD_LIMIT};
+use crate::recording::format::{CONTENT_LIMIT, RECORD_HEAD};
 use crate::recording::parse::parse;
 use crate::recording::records::Chunk;
 use crate::recording::writer::{CHUNK_BYTES, options};
 use crate::recording::{RecordingError, build_info, session_info};
 use crate::whole_file::WholeFile;
 
-/// Longest message that can be saved, bytes: its chunk is at most as long as readers take, even if it does not compress. LZ4 then needs
-/// less than a 256th more.
-const LONGEST_MESSAGE: u64 = RECORD_LIMIT - RECORD_LIMIT / 128;
 /// Length of a message record beside its data, bytes.
 const MESSAGE_BYTES: u64 = RECORD_HEAD as u64 + 22;
 
@@ -34,6 +32,8 @@ pub(super) struct Tally {
     pub stated: Option<u64>,
     /// One more than the largest sequence number.
     pub counted: u64,
+    /// Messages that no chunk can hold.
+    pub too_long: u64,
     /// Log time of the last message, ns.
     last_ns: u64,
 }
@@ -56,16 +56,12 @@ pub(super) struct Salvage {
     pub unchecked: u64,
     /// Messages of unknown channels.
     pub orphans: u64,
+    /// Messages that no chunk can hold so that it is read again.
+    pub too_long: u64,
     /// Log times of the first and the last message.
     pub span_ns: Option<(u64, u64)>,
-    /// Recorded time without any messages, ns.
-    pub hole_ns: u64,
-    /// The same where only the numbers of messages tell that some are missing.
-    pub jump_ns: u64,
-    /// Log time of the message behind the last of these, ns.
-    hole_end_ns: u64,
-    /// Whether messages are missing just before the next one.
-    pub in_hole: bool,
+    /// Recorded time without any messages.
+    pub holes: Holes,
     /// Whether flexcrank's metadata and the scene were found.
     pub has_metadata: bool,
     pub has_scene: bool,
@@ -89,11 +85,9 @@ impl Salvage {
             ours: false,
             unchecked: 0,
             orphans: 0,
+            too_long: 0,
             span_ns: None,
-            hole_ns: 0,
-            jump_ns: 0,
-            hole_end_ns: 0,
-            in_hole: false,
+            holes: Holes::default(),
             has_metadata: false,
             has_scene: false,
             has_end: false,
@@ -188,7 +182,7 @@ impl Salvage {
             Record::Header(header) => self.ours = header.library.starts_with("flexcrank"),
             Record::Message { header, data } => {
                 self.has_end = false;
-                return self.take_message(header, &data);
+                self.take_message(header, &data)?;
             }
             Record::Metadata(metadata) => {
                 self.has_end |= metadata.name == END;
@@ -210,15 +204,17 @@ impl Salvage {
         Ok(true)
     }
 
-    /// Adds a message; returns `false` if it is too long for a chunk that can be read again.
-    fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<bool> {
+    fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<()> {
         let Some(channel_id) = self.channel_id(header.channel_id)? else {
             self.orphans += 1;
-            return Ok(true);
+            return Ok(());
         };
         let bytes = MESSAGE_BYTES + data.len() as u64;
-        if bytes > LONGEST_MESSAGE {
-            return Ok(false);
+        let is_saved = bytes <= CONTENT_LIMIT;
+        let jumped_since_ns = self.count(&header, is_saved);
+        if !is_saved {
+            self.too_long += 1;
+            return Ok(());
         }
         if self.open_bytes + bytes > CHUNK_BYTES {
             self.mcap.flush()?;
@@ -226,31 +222,25 @@ impl Salvage {
         }
         self.open_bytes += bytes;
         self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
-        let jumps = self.count(&header);
+        self.holes.message(header.log_time, jumped_since_ns);
         let (first, last) = self.span_ns.unwrap_or((header.log_time, header.log_time));
-        let gap_ns = header.log_time.saturating_sub(last);
-        let is_hole = std::mem::take(&mut self.in_hole);
-        self.hole_ns += if is_hole { gap_ns } else { 0 };
-        self.jump_ns += if jumps && !is_hole { gap_ns } else { 0 };
-        if is_hole || jumps {
-            self.hole_end_ns = header.log_time;
-        }
         self.span_ns = Some((first.min(header.log_time), last.max(header.log_time)));
-        Ok(true)
+        Ok(())
     }
 
-    /// Counts a message. Returns whether messages of its topic are missing before it, and those of no other topic told of the same hole.
-    fn count(&mut self, header: &records::MessageHeader) -> bool {
-        let Some(channel) = self.channels.get(&header.channel_id) else { return false };
+    /// Counts a message. Returns the log time of the last one of its topic, if messages between them are missing.
+    fn count(&mut self, header: &records::MessageHeader, is_saved: bool) -> Option<u64> {
+        let channel = self.channels.get(&header.channel_id)?;
         let tally = match self.tallies.get_mut(&channel.topic) {
             Some(tally) => tally,
             None => self.tallies.entry(channel.topic.clone()).or_default(),
         };
         let before = *tally;
-        tally.saved += 1;
+        tally.saved += u64::from(is_saved);
+        tally.too_long += u64::from(!is_saved);
         tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
         tally.last_ns = header.log_time;
-        self.ours && u64::from(header.sequence) > before.counted && before.last_ns >= self.hole_end_ns
+        (self.ours && u64::from(header.sequence) > before.counted).then_some(before.last_ns)
     }
 
     /// The new file's id for a channel; `None` if the channel is unknown.
