@@ -5,7 +5,7 @@ pub struct Stamp {
     /// Number of steps since the start or the last reset.
     #[prost(uint64, tag = "1")]
     pub step: u64,
-    /// Simulated time: step times the step size.
+    /// Simulated time: step times the step size, if that did not change since the start of the epoch.
     #[prost(double, tag = "2")]
     pub sim_time_s: f64,
     /// Wall clock of the simulating machine when the sample was taken.
@@ -117,7 +117,7 @@ pub struct Loads {
     /// sum to get its impulse.
     #[prost(double, tag = "2")]
     pub driving_torque_nm: f64,
-    /// Resistance on the slider, positive along -x.
+    /// Resistance on the slider by resistance_n or resistance_table, without friction, positive along -x.
     #[prost(double, optional, tag = "3")]
     pub resistance_n: ::core::option::Option<f64>,
     /// Force of the guide on the slider, along y.
@@ -154,14 +154,17 @@ pub struct ElementForce {
     /// From 0 at the link's first pin.
     #[prost(uint32, tag = "2")]
     pub index: u32,
-    /// Axial force, positive in tension: with modal the mean of those at the element's two ends, with finite-element that of its strain.
-    /// Where the force varies along an element, neither is the exact mean; with more elements both are.
+    /// Axial force, positive in tension: with modal and of rigid links the mean of those at the element's two ends, with finite-element
+    /// that of its strain. Where the force varies along an element, neither need be the exact mean; with more elements both are.
     #[prost(double, tag = "3")]
     pub axial_n: f64,
-    /// Mean shear force: minus the slope of the bending moment along the link.
+    /// Shear force, minus the slope of the bending moment along the link: with modal and of rigid links the mean of those at the
+    /// element's two ends, with finite-element that of the element's own bending, without the inertia along it that the moments at its
+    /// ends have. With more elements both are the exact mean.
     #[prost(double, tag = "4")]
     pub shear_n: f64,
-    /// Bending moment E J (k + damping_s dk/dt) at each end, k the curvature; positive bends the link to the left of its direction.
+    /// Bending moment at each end, by the equilibrium of the moving link; positive bends the link to the left of its direction. In an
+    /// elastic link it is E J (k + damping_s dk/dt), k the curvature, as closely as the mesh resolves that.
     #[prost(double, tag = "5")]
     pub moment_start_nm: f64,
     #[prost(double, tag = "6")]
@@ -191,10 +194,11 @@ pub struct Energies {
     #[prost(double, optional, tag = "7")]
     pub balance_error_j: ::core::option::Option<f64>,
     /// The energy in play, to which the balance is compared: kinetic and strain energy at the start, the largest loss of potential
-    /// energy in gravity, and the magnitudes of the work put in by every step.
+    /// energy in gravity, and the magnitudes of the work put in by every step: the larger of its integral and of that by the powers at
+    /// the step's ends.
     #[prost(double, optional, tag = "8")]
     pub energy_in_play_j: ::core::option::Option<f64>,
-    /// Energy that changes of the scene brought in, less what they took; absent if there was none.
+    /// Energy that changes of the scene brought in, less what they took; absent if it is zero.
     #[prost(double, optional, tag = "9")]
     pub changed_j: ::core::option::Option<f64>,
 }
@@ -202,7 +206,8 @@ impl ::prost::Name for Energies {
 const NAME: &'static str = "Energies";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Energies".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Energies".into() }}
-/// State of the service, published every 0.5 s of wall time and on change. If the pace is not real time, and for steps taken while
+/// State of the service, published every 0.5 s of wall time and as its state or its
+/// recording changes. If the pace is not real time, and for steps taken while
 /// paused, it is also published at the first step of every 0.5 s of simulated time since the start of the epoch.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Status {
@@ -210,12 +215,12 @@ pub struct Status {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(enumeration = "status::State", tag = "2")]
     pub state: i32,
-    /// Simulated over wall time since the last start, resume or reset, 0 at first; absent while paused and in the status of a reset.
+    /// Simulated over wall time since the last start, resume or reset, 0 before there is any; absent while paused and in the status of a reset.
     #[prost(double, optional, tag = "3")]
     pub real_time_factor: ::core::option::Option<f64>,
     /// Lateness of all steps since the run began: the time from a step's deadline to the instant at which its solver can run its first
     /// instruction. The step from t to t + h has its deadline when the clock shows t. Of steps that share a wake-up, each has its own:
-    /// the first of five at 0.1 ms begins 0.4 ms late. Absent if the pace is "max".
+    /// the first of five at 0.1 ms begins 0.4 ms late. Absent if the pace is "max" or "lockstep".
     #[prost(double, optional, tag = "4")]
     pub lateness_p50_s: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "5")]
@@ -244,10 +249,10 @@ pub struct Status {
     pub dissipated_j: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "15")]
     pub balance_error_j: ::core::option::Option<f64>,
-    /// Newton iterations in the last step; absent for explicit integrators.
+    /// Newton iterations in the last step; absent for explicit integrators and the incremental model.
     #[prost(uint32, optional, tag = "16")]
     pub solver_iterations: ::core::option::Option<u32>,
-    /// Why the run stopped, or a warning of the model.
+    /// Why the run diverged, a warning, or what is replayed; empty if there is nothing to say.
     #[prost(string, tag = "17")]
     pub message: ::prost::alloc::string::String,
     #[prost(uint64, tag = "18")]
@@ -287,7 +292,7 @@ pub struct Status {
     #[prost(message, repeated, tag = "48")]
     pub drops: ::prost::alloc::vec::Vec<TopicDrops>,
     /// Present busy-waiting time before a deadline; an adaptive one is at most a fifth of the time between two deadlines. Absent if
-    /// the pace is "max".
+    /// the pace is "max" or "lockstep".
     #[prost(double, optional, tag = "49")]
     pub spin_s: ::core::option::Option<f64>,
     /// Largest magnitude of balance_error_j in the epoch so far.
@@ -299,12 +304,12 @@ pub struct Status {
     #[prost(enumeration = "status::EnergyVerdict", tag = "52")]
     pub energy_verdict: i32,
     /// Estimated error of the time discretization since the epoch began, in the first link's chord angle and in the deflection of
-    /// the last flexible link's middle; absent if the method has no estimate. An estimate of size, not a bound.
+    /// the last flexible link's middle, 0 if no link bends; absent if the method has no estimate. An estimate of size, not a bound.
     #[prost(double, optional, tag = "53")]
     pub estimated_angle_error_rad: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "54")]
     pub estimated_deflection_error_m: ::core::option::Option<f64>,
-    /// Error of single steps in that angle since the run began, to one digit.
+    /// Error of single steps in that angle since the run began; good to about one digit.
     #[prost(double, optional, tag = "55")]
     pub step_error_p50_rad: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "56")]
@@ -388,10 +393,10 @@ pub mod status {
     #[repr(i32)]
     pub enum EnergyVerdict {
         Unspecified = 0,
-        /// The balance stayed within solver.balance_tolerance of the energy in play. While each step brings over a quarter of that energy,
+        /// The largest error of the balance is within solver.balance_tolerance of the energy in play so far. While each step brings over a quarter of that energy,
         /// what errs since the first of these steps may reach 5e-2 of it.
         Balanced = 1,
-        /// It left the tolerance: the motion is not to be trusted.
+        /// It is larger: the motion is not to be trusted. As the energy in play grows, it may be within again.
         Unbalanced = 2,
         /// The method does not compute all of its energy, so the balance shows nothing.
         NotJudged = 3,
@@ -545,7 +550,7 @@ pub struct Overruns {
     /// The first 32 misses; further ones are only counted.
     #[prost(message, repeated, tag = "6")]
     pub misses: ::prost::alloc::vec::Vec<Miss>,
-    /// Total shift of the deadlines after them.
+    /// Shift of the deadlines after these misses.
     #[prost(double, tag = "7")]
     pub given_up_s: f64,
 }
@@ -788,7 +793,7 @@ impl ::prost::Name for Steps {
 const NAME: &'static str = "Steps";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Steps".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Steps".into() }}
-/// Returns to the start of the scene; increments the epoch.
+/// Returns to the start of the scene, at the level in force; increments the epoch.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Reset {
 }
@@ -973,7 +978,7 @@ pub struct Checkpoint {
     pub work_in_j: f64,
     #[prost(double, tag = "5")]
     pub dissipated_j: f64,
-    /// Sum of the magnitudes of the work put in by every step.
+    /// Sum of the magnitudes of the work put in by every step, as in Energies.energy_in_play_j.
     #[prost(double, tag = "6")]
     pub work_put_in_j: f64,
     /// Torque at the pivot at this instant.
@@ -1092,7 +1097,7 @@ impl ::prost::Name for ActivePulse {
 const NAME: &'static str = "ActivePulse";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.ActivePulse".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.ActivePulse".into() }}
-/// Reply on `.../snapshot`: the newest displacements, angles, loads, energies and status.
+/// Reply on `.../snapshot`: the last displacements, angles, loads, energies and status that were published.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Snapshot {
     #[prost(message, optional, tag = "1")]

@@ -73,7 +73,7 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     largest change of the deflection in a link's middle, over its peak in either run), step_error_of_mass (of an oscillator: largest error of a mass, over its largest displacement from the start), out_of_range (largest slope of a link \
     from its chord, rad, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
     equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
-    end: until_s, two_turns_s), shortening (link, \
+    end: until_s, two_turns_s), shortening (a list of: link, \
     force_n (positive in tension), shortening_m (its size), deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a warning says what it is not (a link bends out of the model's range, the result depends \

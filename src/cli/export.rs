@@ -48,7 +48,7 @@ pub(super) struct Args {
     /// Keep one row per topic in each period of this recorded time: the first.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub every: Option<f64>,
-    /// Only these columns of tables: a name, or the group before a dot, as links.crank. Times of a message are always included, simulated time among them.
+    /// Only these columns of tables: a name, or the group before a dot, as links.crank. log_time, publish_time and simulated time are always included.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub columns: Vec<String>,
 }

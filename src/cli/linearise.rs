@@ -53,7 +53,7 @@ pub(super) struct Args {
     /// Sampling interval: discrete time, x[k+1] = A x[k] + B u[k], exact for inputs that are constant during each interval.
     #[arg(long, value_name = "TIME", value_parser = step)]
     pub step: Option<f64>,
-    /// Discrete time as the scene's integrator computes it: the map of one step, of the scene or --step.
+    /// Discrete time as the scene's integrator computes it: the map of one step, of the scene or --step, under inputs that do not jump.
     #[arg(long)]
     pub scheme: bool,
 }

@@ -74,7 +74,7 @@ pub(super) struct ReplayArgs {
     /// Name of the service on the bus instead of the recorded one.
     #[arg(long)]
     pub name: Option<Name>,
-    /// Also publish recorded commands on their keys, whether --topics names them or not.
+    /// Also publish recorded commands, on `commands` with their replies, and on their own keys, whether --topics names them or not.
     #[arg(long)]
     pub commands: bool,
     /// Wait until N programs subscribe to the played topics, and no subscription has come for 0.2 s. Programs behind one router

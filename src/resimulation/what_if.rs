@@ -277,7 +277,8 @@ impl Attempt<'_> {
 
     fn command(&mut self, command: &AppliedCommand, message: &RecordedMessage) -> Result<(), Stopped> {
         if resets(command) {
-            self.record(Topic::Commands, message.data.to_vec(), message);
+            let applied = AppliedCommand { stamp: Some(self.stamp(message)), ..command.clone() };
+            self.record(Topic::Commands, applied.encode_to_vec(), message);
             return Ok(self.resimulator.command(command)?);
         }
         let effective = self.resimulator.simulation().now();

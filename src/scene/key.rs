@@ -58,6 +58,7 @@ pub(super) struct Form {
     pub name: &'static str,
     pub form: &'static str,
     pub unit: &'static str,
+    pub is_required: bool,
     pub range: &'static str,
     pub meaning: &'static str,
 }
@@ -129,7 +130,10 @@ impl Key {
             }
             Key::Boolean(key) => ("boolean", "", key.default.to_string(), "true or false".to_owned(), key.meaning),
             Key::Word(key) => ("word", "", said(key.default, |word| (*word).to_owned()), (key.words)().join(", "), key.meaning),
-            Key::Form(key) => (key.form, key.unit, "–".to_owned(), key.range.to_owned(), key.meaning),
+            Key::Form(key) => {
+                let default = if key.is_required { "required" } else { "–" };
+                (key.form, key.unit, default.to_owned(), key.range.to_owned(), key.meaning)
+            }
         };
         KeyRow { table, key: self.name(), kind: kind.to_owned(), unit, default, range, meaning }
     }

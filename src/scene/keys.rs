@@ -49,6 +49,7 @@ const SECTION: Form = Form {
     name: "section",
     form: "table",
     unit: "",
+    is_required: false,
     range: "`{ shape = \"rectangle\", width_m, height_m }`, `{ shape = \"round\", diameter_m }` or \
             `{ shape = \"tube\", outer_m, inner_m }`",
     meaning: "section; instead of `area_m2` and `second_moment_m4`",
@@ -113,6 +114,7 @@ const RESISTANCE_TABLE: Form = Form {
     name: "resistance_table",
     form: "list of `[crank_angle_rad, force_n]`",
     unit: "rad, N",
+    is_required: false,
     range: "two rows or more; angles from 0 to below 2π, ascending; forces as `resistance_n`",
     meaning: "resistance over one turn of the crank, linear between rows, periodic; instead of `resistance_n`",
 };
@@ -158,6 +160,7 @@ const RAMP: Form = Form {
     name: "ramp",
     form: "table",
     unit: "",
+    is_required: false,
     range: "`{ to_rad_per_s, over_s }`",
     meaning: "from the start rate to another by a half-cosine, then constant",
 };
@@ -165,6 +168,7 @@ const DRIVE_TABLE: Form = Form {
     name: "table",
     form: "list of `[time_s, angle_rad]`",
     unit: "s, rad",
+    is_required: false,
     range: "two rows or more; times ascending",
     meaning: "angle over time by a cubic spline, instead of `[start]`, natural at its ends, but at rest at an end whose two rows \
               have one angle; before the first and after the last row, the rate there continues",
@@ -254,6 +258,7 @@ const LEVEL_NAME: Form = Form {
     name: "name",
     form: "string",
     unit: "",
+    is_required: true,
     range: "a word",
     meaning: "name of a level of detail; levels stand from the best to the cheapest, and the first is the scene itself",
 };
@@ -261,6 +266,7 @@ const LEVEL_CHANGES: Form = Form {
     name: "changes",
     form: "list of `\"KEY=VALUE\"`",
     unit: "",
+    is_required: false,
     range: "keys that a running scene can change; none for the first level",
     meaning: "changes of the scene for this level; the steps of all levels divide one another",
 };

@@ -1,5 +1,7 @@
 //! What-if: with steps of other sizes, and where its recording cannot be written.
 
+mod commands;
+#[path = "../common/mod.rs"]
 mod common;
 
 use std::cell::Cell;
