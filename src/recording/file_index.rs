@@ -51,7 +51,7 @@ fn hash(entry: impl Hash) -> u64 {
     hasher.finish()
 }
 
-/// What a file holds so far.
+/// The content of a file, as far as it was read.
 #[derive(Default)]
 pub(super) struct FileIndex {
     /// The last chunk, whose message indexes come after it.

@@ -142,7 +142,7 @@ fn learn(salvage: &mut Salvage, broken: &Path) -> Result<(), RecordingError> {
 
 fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Path)) -> Result<Recovered, RecordingError> {
     let Some((first, last)) = salvage.span_ns else {
-        return Err(if salvage.too_long > 0 {
+        return Err(if salvage.too_long() > 0 {
             RecordingError::TooLong(broken.to_owned())
         } else {
             RecordingError::empty(broken)
@@ -150,7 +150,7 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
     };
     salvage.compare_with_statistics();
     loss.orphans = salvage.orphans;
-    loss.too_long = salvage.too_long;
+    loss.too_long = salvage.too_long();
     let numbered = salvage.ours && loss.places > 0;
     loss.counted = salvage.statistics.is_some() || (numbered && !loss.cut_off);
     let there_were = |tally: &Tally| tally.stated.unwrap_or(if numbered { tally.counted } else { tally.saved + tally.too_long });

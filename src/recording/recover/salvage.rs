@@ -32,7 +32,7 @@ pub(super) struct Tally {
     pub stated: Option<u64>,
     /// One more than the largest sequence number.
     pub counted: u64,
-    /// Messages that no chunk can hold.
+    /// Messages that no chunk can hold so that it is read again.
     pub too_long: u64,
     /// Log time of the last message, ns.
     last_ns: u64,
@@ -56,8 +56,6 @@ pub(super) struct Salvage {
     pub unchecked: u64,
     /// Messages of unknown channels.
     pub orphans: u64,
-    /// Messages that no chunk can hold so that it is read again.
-    pub too_long: u64,
     /// Log times of the first and the last message.
     pub span_ns: Option<(u64, u64)>,
     /// Recorded time without any messages.
@@ -85,7 +83,6 @@ impl Salvage {
             ours: false,
             unchecked: 0,
             orphans: 0,
-            too_long: 0,
             span_ns: None,
             holes: Holes::default(),
             has_metadata: false,
@@ -156,6 +153,11 @@ impl Salvage {
         is_of_service && !(self.has_metadata && self.has_scene)
     }
 
+    /// Number of messages that no chunk can hold.
+    pub(super) fn too_long(&self) -> u64 {
+        self.tallies.values().map(|tally| tally.too_long).sum()
+    }
+
     /// Number of messages in the new file.
     pub(super) fn saved(&self) -> u64 {
         self.tallies.values().map(|tally| tally.saved).sum()
@@ -213,7 +215,6 @@ impl Salvage {
         let is_saved = bytes <= CONTENT_LIMIT;
         let jumped_since_ns = self.count(&header, is_saved);
         if !is_saved {
-            self.too_long += 1;
             return Ok(());
         }
         if self.open_bytes + bytes > CHUNK_BYTES {
